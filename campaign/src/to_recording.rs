@@ -141,6 +141,11 @@ impl Run {
         self.rows.iter().skip_while(|row| !position(row)).filter(measured).count() > 1
     }
 
+    /// The run as `robot-model` takes it, driven by this robot.
+    pub fn to_recording(&self, robot: &RobotFile) -> Recording {
+        self.to_model(&robot.to_model())
+    }
+
     fn to_model(&self, robot: &Robot) -> Recording {
         let mut recording = Recording {
             name: self.name.clone(),

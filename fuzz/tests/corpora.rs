@@ -127,5 +127,5 @@ macro_rules! replay {
 
 replay! {
     frames messages robot robot_toml run_csv model_toml plan_toml expression scenario track gyro config_set config_file
-    quantity bag log_table controller_yaml
+    quantity bag log_table wpilog controller_yaml
 }

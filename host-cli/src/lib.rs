@@ -16,6 +16,7 @@
 //! | [`pose_source`] | what measures where the robot is |
 //! | [`campaign_recorder`] | drives and records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
+//! | [`fleet`] | what many campaigns say |
 //! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`import_page`] | what an import understood, on a page |
 //! | [`model_page`] | the page on which effects are switched on and off |
@@ -42,17 +43,16 @@ pub mod config_text;
 pub mod error;
 pub mod escape;
 pub mod explain;
+pub mod fleet;
 pub mod hex;
 pub mod import_page;
 pub mod interrupt;
-pub mod json;
 pub mod limits;
 pub mod model_page;
 pub mod motors;
 pub mod page_server;
 pub mod port;
 pub mod pose_source;
-pub mod quantity;
 pub mod report;
 pub mod robot_page;
 pub mod table;
@@ -60,4 +60,6 @@ pub mod tune;
 pub mod ui;
 pub mod undo;
 pub mod wheel_angles;
-pub mod words;
+
+/// What is found, in sentences and as JSON, and numbers with units: `findings` is for other programs as well.
+pub use findings::{json, quantity, words};

@@ -28,7 +28,7 @@
 //! | [`bag`], [`mcap`], [`sqlite`], [`received`] | ROS 2 bags: topics; the two formats of files; what both give |
 //! | [`message`], [`cdr`] | messages, and their encoding |
 //! | [`odometry`], [`geometry`], [`controller_file`] | wheels of odometry; the numbers that it used, and where they are written |
-//! | [`text`] | tables and trajectories |
+//! | [`text`], [`wpilog`] | tables and trajectories; data logs of WPILib |
 //! | [`log`] | what every source becomes |
 //! | [`understand`] | the whole of the way from two logs to runs |
 //! | [`turns`], [`plane`], `gyro` | wheels without wraps; poses on the floor; which axis of a gyro is up |
@@ -56,4 +56,5 @@ pub mod sqlite;
 pub mod text;
 pub mod turns;
 pub mod understand;
+pub mod wpilog;
 pub mod write;

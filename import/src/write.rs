@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 
 use campaign::{CampaignError, CampaignWriter, Column, RobotFile, Row, RunFacts};
 
+use robot_model::recording::Recording;
+
 use crate::log::error;
-use crate::understand::{RunUnderstood, Understood};
+use crate::understand::Understood;
 
 /// Writes a campaign; the names of its runs.
 ///
@@ -46,7 +48,7 @@ fn into(understood: &Understood, folder: &Path) -> Result<Vec<String>, CampaignE
         columns.extend((!run.recording.gyro.is_empty()).then_some(Column::GyroZ));
         columns.extend((!run.supply_v.is_empty()).then_some(Column::BusV));
         let mut file = writer.start_run(&run.name, &columns)?;
-        for row in rows(run, rad_per_count) {
+        for row in rows(&run.recording, &run.supply_v, rad_per_count) {
             file.push(&row)?;
         }
         let facts = RunFacts { started_s: Some(run.started_s), ..RunFacts::default() };
@@ -74,8 +76,7 @@ pub fn robot_of(folder: &Path) -> Result<Option<RobotFile>, CampaignError> {
 const SAME_S: f64 = 2e-6;
 
 /// The rows of a run: those of the wheels, and poses between them in rows of their own.
-fn rows(run: &RunUnderstood, rad_per_count: f64) -> Vec<Row> {
-    let recording = &run.recording;
+pub fn rows(recording: &Recording, supply_v: &[(f64, f64)], rad_per_count: f64) -> Vec<Row> {
     let counts = |phi_rad: f64| {
         let counts = phi_rad / rad_per_count;
         // Whole counts stay whole.
@@ -101,7 +102,7 @@ fn rows(run: &RunUnderstood, rad_per_count: f64) -> Vec<Row> {
         rows.push(row);
     }
     let gyro = recording.gyro.iter().map(|s| (s.t_s, Column::GyroZ, s.rate_rad_s));
-    let supply = run.supply_v.iter().map(|(t_s, volts)| (*t_s, Column::BusV, *volts));
+    let supply = supply_v.iter().map(|(t_s, volts)| (*t_s, Column::BusV, *volts));
     for (t_s, column, value) in gyro.chain(supply) {
         // A wild value is no measurement.
         if column.range().contains(value) {

@@ -13,6 +13,7 @@
 //! | [`effect`] | which effects are known, and what does each do to a step? | [`effect::Effect`], [`effect::CATALOGUE`], [`effect::Custom`] |
 //! | [`explain`] | which effects are missing, and which run would tell more? | [`explain::explain`], [`explain::Answer`], [`explain::model::fit`] |
 //! | [`compare`] | how far is a model off, where, and how much of it is noise? | [`compare::Comparer`] |
+//! | [`fleet`] | what have many robots in common, who changes, who is unlike the others? | [`fleet::judge`] |
 //! | [`estimation`] | which parameters, which noise? | [`estimation::ErrorPair`], [`estimation::Errors`] |
 //! | [`clocks`] | do the clocks of wheels and poses agree? | [`clocks::ClockFound`] |
 //! | [`residuals`] | does what is left depend on anything? | [`residuals::Unexplained`] |
@@ -21,7 +22,7 @@
 //! | [`numeric`] | numerics that know nothing of robots | [`numeric::Jet`] |
 //!
 //! A room uses only those named before it here: numeric, kinematics, drivetrain, recording, checks and calibration, effect,
-//! estimation, clocks, selection, residuals, explain, compare.
+//! estimation, clocks, selection, residuals, explain, compare and fleet.
 
 pub mod calibration;
 pub mod checks;
@@ -31,6 +32,7 @@ pub mod drivetrain;
 pub mod effect;
 pub mod estimation;
 pub mod explain;
+pub mod fleet;
 pub mod kinematics;
 pub mod numeric;
 pub mod recording;

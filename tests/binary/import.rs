@@ -58,6 +58,29 @@ fn same_answer(temp: &TempFolder, arguments: &[&str], runs: usize, sigmas: f64) 
 }
 
 #[test]
+fn a_data_log_of_wpilib_gives_the_answer_of_the_mystery_and_one_that_is_cut_off_is_read_as_far_as_it_goes()
+ {
+    let temp = TempFolder::new();
+    let whole = mystery().wpilog();
+    put(&temp, "drive.wpilog", &whole);
+    let told = temp
+        .run_with(&["import", "drive.wpilog", "-o", "none", "--map", "x_m=/nothing"], "")
+        .refused();
+    assert!(told.contains("no file has a column `/nothing`"), "{told}");
+    assert!(told.contains("/drive/left_rad") && told.contains("/vision/pose.heading"), "{told}");
+    let map = "x_m=/vision/pose.x,y_m=/vision/pose.y,heading_rad=/vision/pose.heading";
+    let arguments = [&["drive.wpilog", "--map", map], &SHEET[..]].concat();
+    same_answer(&temp, &arguments, RUNS, 1.0);
+    put(&temp, "cut.wpilog", &whole[..whole.len() * 2 / 3 + 5]);
+    let line =
+        [&["import", "cut.wpilog", "-o", "cut", "--json", "--map", map], &SHEET[..]].concat();
+    let cut = temp.run_with(&line, "").ok();
+    assert!(cut.stderr.contains("the log is cut off after"), "{}", cut.stderr);
+    let runs = cut.json()["runs"].as_array().unwrap().len();
+    assert!((10..RUNS).contains(&runs), "{runs}");
+}
+
+#[test]
 fn one_bag_with_the_tracker_in_its_own_frame_and_clock_gives_the_same_answer() {
     let temp = TempFolder::new();
     put(&temp, "drive.mcap", mystery().bag());
@@ -323,4 +346,46 @@ fn exported_bags_and_parameters_come_back() {
     assert!((value - by_odometry).abs() < 0.1 * sigma, "{value} {by_odometry}");
     let (expected, sigma) = speed_growth(&temp, MYSTERY);
     assert!((value - expected).abs() < 0.1 * sigma, "{value} {expected}");
+}
+
+#[test]
+fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_replaced() {
+    let temp = TempFolder::new();
+    let line = ["record", "mine", "arc", "1m", "90deg", "--mcap", "drive.mcap"];
+    temp.run_with(&line, "").ok();
+    let listed = temp.run_with(&["import", "drive.mcap"], "").ok().stdout;
+    for topic in
+        ["--wheels left_wheel_joint,right_wheel_joint", "--pose /measured", "--odometry /odom"]
+    {
+        assert!(listed.contains(topic), "{listed}");
+    }
+    let (bag, runs) = (temp.read("drive.mcap"), temp.path("mine/runs"));
+    temp.run_with(
+        &[
+            "import",
+            "drive.mcap",
+            "-o",
+            "imported",
+            "--wheel-radius",
+            "36mm",
+            "--track-width",
+            "37.2cm",
+        ],
+        "",
+    )
+    .ok();
+    let last = |folder: &str| {
+        let runs = std::fs::read_dir(temp.path(folder).join("runs")).unwrap();
+        let (rows, _) =
+            ::campaign::read_run(&runs.map(|run| run.unwrap().path()).next().unwrap()).unwrap();
+        rows.iter().rev().find_map(|row| Some([row.x_m?, row.y_m?])).unwrap()
+    };
+    let (recorded, imported) = (last("mine"), last("imported"));
+    // The bag has both; the import cuts the run where the robot rests.
+    let off_m = (recorded[0] - imported[0]).hypot(recorded[1] - imported[1]);
+    assert!(off_m < 5e-3, "{recorded:?} {imported:?}");
+    let refused = temp.run_with(&line, "").refused();
+    assert!(refused.contains("drive.mcap exists"), "{refused}");
+    assert_eq!(temp.read("drive.mcap"), bag);
+    assert_eq!(std::fs::read_dir(runs).unwrap().count(), 1);
 }

@@ -14,6 +14,7 @@ mod drive;
 mod example;
 mod files;
 mod first_run;
+mod fleet;
 mod gyro;
 mod help;
 mod import;

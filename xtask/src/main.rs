@@ -24,6 +24,7 @@ mod steps;
 mod test;
 mod test_binaries;
 mod third_party;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -38,6 +39,7 @@ fn main() -> ExitCode {
         ["third-party"] => third_party::run(),
         ["arrows"] => arrows::run(),
         ["peers"] => peers::check(),
+        ["wheel"] => wheel::test(),
         ["boards"] => boards::write(),
         ["check"] => test::check(),
         ["firmware", ref args @ ..] => firmware::run(args),

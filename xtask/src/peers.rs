@@ -1,37 +1,25 @@
 //! `cargo xtask peers`: do other programs read our bags, trajectories and parameters, and we their bags? They are Python packages,
-//! in an environment of their own in the build folder.
+//! in an environment of their own in the build folder. The notebook of our own package is executed there too, and its compiled part checked by clippy.
 
-use std::path::Path;
 use std::process::Command;
 
 use crate::prerequisites;
 use crate::repository::{root, target_folder};
 use crate::steps::{Outcome, cargo, run};
+use crate::wheel;
 
 const REQUIREMENTS: &str = "import/tests/peers/requirements.txt";
 const CHECK: &str = "import/tests/peers/check.py";
 
-/// Installs them where they are missing, builds `beeline`, and runs the check.
+/// Installs them where they are missing, builds `beeline` and the wheel, and runs the checks.
 pub fn check() -> Outcome {
-    prerequisites::meet_for_peers()?;
-    let folder = target_folder();
-    let environment = folder.join("peers");
-    let python = environment.join("bin/python");
-    // Of an installation that was broken off, there is a Python without packages; pip finds what is missing.
-    if !python.exists() {
-        let advice = "install Python 3 with its module venv";
-        run(Command::new("python3").args(["-m", "venv"]).arg(&environment), advice)?;
-    }
-    let install = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"];
-    let mut pip = in_root(&python);
-    run(pip.args(install).arg(REQUIREMENTS), "the packages come from PyPI: is there a network?")?;
+    prerequisites::meet_for_python()?;
+    let environment = wheel::environment("peers", REQUIREMENTS)?;
     cargo(&["build", "-p", "host-cli"], &[], "fix the build")?;
-    let beeline = folder.join("debug/beeline");
-    run(in_root(&python).arg(CHECK).arg(beeline), "each check that failed stands above")
-}
-
-fn in_root(program: &Path) -> Command {
-    let mut command = Command::new(program);
-    command.current_dir(root());
-    command
+    wheel::build_into(&environment)?;
+    let mut check = Command::new(environment.join("bin/python"));
+    check.arg(CHECK).arg(target_folder().join("debug/beeline")).current_dir(root());
+    run(&mut check, "each check that failed stands above")?;
+    wheel::clippy()?;
+    wheel::pytest(&environment, &["tests/test_notebook.py"])
 }

@@ -71,10 +71,10 @@ const FUZZ: &[Need] = &[Need {
     install: Install::Debian(&["g++"]),
 }];
 
-/// What `cargo xtask peers` needs besides.
-const PEERS: &[Need] = &[Need {
+/// What `cargo xtask wheel` and `cargo xtask peers` need besides.
+const PYTHON: &[Need] = &[Need {
     name: "python3",
-    why: "runs the programs that bags are exchanged with",
+    why: "runs the wheel's tests, and the programs that bags are exchanged with",
     check: &["python3", "-c", "import venv, ensurepip"],
     install: Install::Debian(&["python3", "python3-venv"]),
 }];
@@ -89,9 +89,9 @@ pub fn meet_for_fuzzing() -> Outcome {
     meet_all(FUZZ)
 }
 
-/// The same for the exchange with other programs.
-pub fn meet_for_peers() -> Outcome {
-    meet_all(PEERS)
+/// The same for the wheel, and the exchange with other programs.
+pub fn meet_for_python() -> Outcome {
+    meet_all(PYTHON)
 }
 
 fn meet_all(needs: &[Need]) -> Outcome {

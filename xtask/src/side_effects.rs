@@ -34,7 +34,7 @@ struct Rule {
     why: &'static str,
 }
 
-const RULES: [Rule; 4] = [
+const RULES: [Rule; 5] = [
     Rule {
         library: "robot-model/src/lib.rs",
         forbidden: &[PRINTS, SPAWNS],
@@ -49,6 +49,11 @@ const RULES: [Rule; 4] = [
         library: "host-link/src/lib.rs",
         forbidden: &[PRINTS],
         why: "host-link returns results and errors; programs say them",
+    },
+    Rule {
+        library: "findings/src/lib.rs",
+        forbidden: &[PRINTS],
+        why: "findings are told; programs say them",
     },
     Rule {
         library: "import/src/lib.rs",

@@ -19,6 +19,7 @@
 //! its runs were recorded, at the value in its configuration ([`in_use`]).
 
 pub mod in_use;
+mod of_fit;
 mod read;
 #[cfg(test)]
 mod tests;

@@ -5,8 +5,8 @@ use std::path::Path;
 use import::controller_file;
 use import::geometry::Geometry;
 use import::source::{Choice, Chosen, Sources};
-use import::text;
 use import::understand::{Hints, understand};
+use import::{text, wpilog};
 
 use crate::bytes::text as as_text;
 
@@ -59,6 +59,11 @@ fn understood(chosen: Chosen, nominal: &Geometry, folder: &Path) {
 /// A table or a trajectory.
 pub fn log_table(input: &[u8]) {
     let Ok(logs) = text::parse(Path::new("log.csv"), input, &[]) else { return };
+    sound_logs(logs);
+}
+
+/// Times increase and numbers are finite.
+fn sound_logs(logs: text::TextLogs) {
     if let Some(wheels) = logs.wheels {
         assert!(wheels.t_s.windows(2).all(|pair| pair[0] < pair[1]), "times increase");
         assert!(wheels.turned.iter().flatten().all(|number| number.is_finite()));
@@ -67,6 +72,14 @@ pub fn log_table(input: &[u8]) {
         assert!(log.poses.windows(2).all(|pair| pair[0].t_s < pair[1].t_s), "times increase");
         assert!(log.poses.iter().flat_map(|pose| pose.position_m).all(f64::is_finite));
     }
+}
+
+/// A data log of WPILib.
+pub fn wpilog(input: &[u8]) {
+    let mappings =
+        text::parse_mappings("x_m=/p.x,y_m=/p.y,heading_rad=/p.heading").expect("mappings");
+    let Ok(logs) = wpilog::parse(Path::new("log.wpilog"), input, &mappings) else { return };
+    sound_logs(logs);
 }
 
 /// The parameters of a controller.

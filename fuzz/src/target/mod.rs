@@ -84,6 +84,8 @@ targets! {
         "a ROS 2 bag in MCAP or SQLite: numbers finite, times that increase; what is imported is read again";
     "log_table" 4096 Some("table"), logs::log_table,
         "a table or a trajectory of another program: numbers finite, times that increase";
+    "wpilog" 4096 None, logs::wpilog,
+        "a data log of WPILib: numbers finite, times that increase";
     "controller_yaml" 4096 None, logs::controller_yaml,
         "numbers above zero";
 }

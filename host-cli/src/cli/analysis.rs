@@ -158,6 +158,28 @@ pub struct RemoveArgs {
     pub model: Option<PathBuf>,
 }
 
+/// `beeline fleet`
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+Robots are told apart by their number or name, dates by started_s (if it counts from 1970), a date in the folder's name, or
+the time of its newest run. Robots of one data sheet are a kind: all of it are fitted with the same effects.
+
+Examples:
+  beeline fleet robots/ -o fleet.html
+  beeline fleet robots/*/2025-* --table values.csv
+  beeline fleet robots/ --json")]
+pub struct FleetArgs {
+    /// Campaign folders, or folders that have some in them.
+    #[arg(required = true, value_name = "DIR")]
+    pub folders: Vec<PathBuf>,
+    /// Where to write the page, one self-contained file.
+    #[arg(long, short, value_name = "FILE.html")]
+    pub output: Option<PathBuf>,
+    /// Where to write every value in a row of its own.
+    #[arg(long, value_name = "FILE.csv")]
+    pub table: Option<PathBuf>,
+}
+
 /// `beeline report`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\

@@ -15,7 +15,8 @@ pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
 pub use analysis::{
-    AddArgs, CompareArgs, ExplainArgs, Format, ModelCommand, RemoveArgs, ReportArgs, ServeArgs,
+    AddArgs, CompareArgs, ExplainArgs, FleetArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
+    ServeArgs,
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
@@ -152,6 +153,8 @@ pub enum Command {
     /// Show and change the model of a campaign: add an effect, and watch the error fall.
     #[command(subcommand)]
     Model(ModelCommand),
+    /// Compare many robots and dates: who drifts, who wears, who is unlike the others, what all have in common.
+    Fleet(FleetArgs),
     /// Write everything that a campaign shows to one page.
     Report(ReportArgs),
     /// Open a page: of a campaign, to switch effects on and watch the error fall; or of a robot, to watch and drive it.
@@ -271,7 +274,7 @@ pub struct WatchArgs {
 /// `beeline record`
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0"
+    after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0\n  beeline record my-robot straight 2m --mcap drive.mcap"
 )]
 pub struct RecordArgs {
     /// The campaign folder; made if it does not exist.
@@ -282,6 +285,10 @@ pub struct RecordArgs {
     /// Samples per second, 1 to 1000: a divisor of 1000.
     #[arg(long, global = true, default_value_t = 100, value_parser = rate)]
     pub rate: u16,
+    /// Write the run as a ROS 2 bag as well, in this new file: angles of the wheels, measured poses, and odometry by the numbers that
+    /// the robot is configured with.
+    #[arg(long, global = true, value_name = "FILE.mcap")]
+    pub mcap: Option<PathBuf>,
     /// The motion.
     #[command(subcommand)]
     pub motion: DriveCommand,

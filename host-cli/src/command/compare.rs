@@ -5,7 +5,7 @@
 use std::path::Path;
 
 use robot_model::compare::Comparer;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::motors;
 use crate::cli::{Common, CompareArgs};
@@ -38,15 +38,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
     let nominal = (!model_effects.is_empty()).then(|| comparer.compare(&[]));
     if common.json || args.format.is_json() {
         let effects: Vec<&str> = model_effects.iter().map(|one| one.effect.facts().id).collect();
-        say(json!({
-            "schema": 1,
-            "model": effects,
-            "comparison": json::comparison(&comparison),
-            "nominal": nominal.as_ref().map(|nominal| json!({
-                "position_m": json::rms(&nominal.position_m),
-                "heading_rad": json::rms(&nominal.heading_rad),
-            })),
-        }));
+        say(json::compared(&effects, &comparison, nominal.as_ref()));
     } else {
         show(&comparison, nominal.as_ref());
     }
@@ -74,9 +66,7 @@ pub(super) fn read_and_judge(
 ) -> Result<(Campaign, robot_model::recording::Campaign, Vec<Value>)> {
     let (read, recordings) = Campaign::read_both(folder)?;
     read.warnings.iter().for_each(warn);
-    let told = recordings.data_errors(&read, folder);
-    let found = recordings.data_hypotheses().iter().zip(&told);
-    let found = found.map(|(found, told)| json::data_hypothesis(found, told)).collect();
+    let found = json::data_hypotheses(&read, &recordings, folder);
     let campaign = recordings.into_model(&read, folder)?;
     warn_of_runs_without_poses(&read);
     Ok((read, campaign, found))

@@ -4,8 +4,6 @@ use std::path::Path;
 
 use robot_model::compare::Comparer;
 use robot_model::effect::Effect;
-use robot_model::estimation::ErrorPair;
-use robot_model::explain::{Answer, Averaged};
 use robot_model::recording;
 use robot_model::recording::OdometryNoise;
 
@@ -19,7 +17,7 @@ use crate::explain::{
 use crate::json;
 use crate::ui::{note, say};
 use campaign::Campaign;
-use campaign::model::{EffectEntry, FitEntry, ModelFile};
+use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     if args.drivetrain {
@@ -54,7 +52,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
         show(&answer, &AnswerContext { combinations, ..context });
     }
     if let Some(file) = &args.save {
-        let found = found(&answer, &model, campaign.fitted_runs().count());
+        let found = model.found(&answer, campaign.fitted_runs().count());
         if !found.write_new(file, &read.robot.name)? {
             // Somebody else has written it meanwhile.
             check_new(file)?;
@@ -71,24 +69,6 @@ fn check_new(file: &Path) -> Result<()> {
         true => Err(Error::new(format_args!("{} exists", file.display()))
             .hint("choose another name, or remove that file")),
         false => Ok(()),
-    }
-}
-
-/// The model that an answer predicts other runs with.
-fn found(answer: &Answer, model: &ModelFile, runs: usize) -> ModelFile {
-    let entry = |found: &Averaged| {
-        let entry = EffectEntry::unfitted(model.find(&found.effect)?);
-        let (parameters, up_to_mps) = (found.parameters.clone(), found.up_to_mps);
-        Some(EffectEntry { parameters, up_to_mps, ..entry })
-    };
-    let errors = answer.steps.last().map_or(answer.baseline, |step| ErrorPair {
-        fitted: step.fitted,
-        cross_validated: step.cross_validated,
-    });
-    ModelFile {
-        customs: model.customs.clone(),
-        effects: answer.predicts_with.iter().filter_map(entry).collect(),
-        fit: Some(FitEntry { runs, nominal: answer.baseline, errors, noise: answer.noise }),
     }
 }
 

@@ -10,6 +10,7 @@ mod config;
 mod drive;
 mod explain;
 mod export;
+mod fleet;
 mod identify;
 mod import;
 mod key;
@@ -64,6 +65,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Apply(args) => apply::run(common, args),
         Command::Compare(args) => compare::run(common, args),
         Command::Explain(args) => explain::run(common, args),
+        Command::Fleet(args) => fleet::run(common, args),
         Command::Import(args) => import::run(common, args),
         Command::Export(args) => export::run(common, args),
         Command::Model(args) => model::run(common, args),

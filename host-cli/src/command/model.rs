@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use robot_model::effect::{Custom, Effect, KnownEffect};
 use robot_model::estimation::{ErrorPair, Errors};
-use robot_model::explain::HeldOut;
 use robot_model::explain::model::{Model, fit};
 use robot_model::recording::Campaign;
 use serde_json::json;
@@ -19,9 +18,7 @@ use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
 use crate::{json, words};
 use campaign::lock::FolderLock;
-use campaign::model::{
-    EffectEntry, FitEntry, ModelFile, custom_from_equation, equation_error, hint_for,
-};
+use campaign::model::{EffectEntry, ModelFile, custom_from_equation, equation_error, hint_for};
 
 pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
     match command {
@@ -196,16 +193,7 @@ impl Task {
             ))
             .hint("bound its expression, with tanh, min or max, or scale what stands in exp"));
         }
-        for (entry, fitted) in self.model.effects.iter_mut().zip(&after.effects) {
-            entry.parameters.clone_from(&fitted.parameters);
-            entry.in_use = false;
-        }
-        self.model.fit = Some(FitEntry {
-            runs: self.campaign.fitted_runs().count(),
-            nominal: after.nominal,
-            errors: after.errors,
-            noise: after.noise,
-        });
+        self.model.take_fit(&after, self.campaign.fitted_runs().count());
         self.model.write(&self.file, &self.robot)?;
         let old: Vec<&str> = self.before.iter().map(|effect| effect.facts().id).collect();
         let new = |id: &str| !old.contains(&id);
@@ -279,34 +267,15 @@ fn effects(model: &Model, new: &dyn Fn(&str) -> bool) {
     }
 }
 
-fn held_out_json(held_out: Option<&HeldOut>) -> serde_json::Value {
-    held_out.map_or(json!(null), |held_out| {
-        let kinds: Vec<_> = held_out.kinds.iter().map(|kind| kind.name()).collect();
-        json!({"runs": held_out.runs, "kinds": kinds, "errors": json::errors(&held_out.model)})
-    })
-}
-
 fn to_json(before: &Model, after: &Model, file: &Path) -> serde_json::Value {
-    let effects: Vec<_> = after
-        .effects
-        .iter()
-        .map(|effect| {
-            json!({
-                "effect": effect.effect,
-                "parameters": json::parameters(&effect.parameters),
-                "p_value": effect.verdict.p_value,
-                "better": effect.verdict.better(),
-                "verdict": words::verdict(&effect.verdict),
-            })
-        })
-        .collect();
+    let held_out = |model: &Model| json::held_out(model.held_out.as_ref());
     json!({
         "schema": 1,
         "model": file,
         "before": json::pair(&before.errors),
         "after": json::pair(&after.errors),
-        "aside": {"before": held_out_json(before.held_out.as_ref()), "after": held_out_json(after.held_out.as_ref())},
-        "effects": effects,
+        "aside": {"before": held_out(before), "after": held_out(after)},
+        "effects": json::effects(after),
     })
 }
 

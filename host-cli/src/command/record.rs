@@ -1,8 +1,12 @@
 //! `beeline record`: drives one motion and adds it to a campaign.
 
 use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
 
+use ::import::export::Trajectory;
+use robot_model::recording;
 use serde_json::json;
+use shared_proto::Config;
 
 use super::drive::{kind, motion_of, profile_of};
 use super::pose_source;
@@ -13,18 +17,22 @@ use crate::cli::{Common, RecordArgs, period_ms};
 use crate::error::{Error, Result};
 use crate::hex::hex;
 use crate::limits;
-use crate::port::with_robot;
+use crate::port::{Port, with_robot};
 use crate::ui::{Progress, note, say, warn};
+use campaign::file::{check_writable, write_new};
 use campaign::model::in_use;
 use campaign::write::next_number;
-use campaign::{Campaign, CampaignWriter, RunFacts};
+use campaign::{Campaign, CampaignWriter, RobotFile, Row, Run, RunFacts};
 use host_link::Session;
 use host_link::motion::{self, RecordOptions};
 
 pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
+    if let Some(bag) = &args.mcap {
+        check_new_bag(bag)?;
+    }
     let number = next_number(&args.campaign)?;
     let sim = common.sim().for_run(&common.port, number)?;
-    let (path, rows) = with_robot(&common.port, &sim, async |session, lab| {
+    let (path, rows, config) = with_robot(&common.port, &sim, async |session, lab| {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
         limits::check(&motion, &config, profile_of(&args.motion).long)?;
@@ -82,13 +90,64 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
             note(format_args!("{path}: kept up to this point, {samples} samples"));
         })?;
         warn_of_gaps(session, dropped).await?;
-        Ok((path, rows))
+        Ok((path, rows, config))
     })?;
+    finish(common, args, (&path, &rows), &config)
+}
+
+/// Says what was recorded, once it is, and writes the bag.
+fn finish(
+    common: &Common,
+    args: &RecordArgs,
+    (path, rows): (&Path, &[Row]),
+    config: &Config,
+) -> Result<()> {
     if !rows.iter().any(|row| row.x_m.is_some()) {
         warn("the run has no measured poses: add x_m, y_m and heading_rad before you compare it");
     }
-    say_recorded(common.json, &path, rows.len());
+    if let Some(bag) = &args.mcap {
+        // A simulated run has no date, so that the same seed gives the same bytes.
+        let is_simulated = matches!(common.port, Port::Sim(_));
+        write_bag(bag, path, rows, config, !is_simulated)?;
+    }
+    say_recorded(common.json, path, rows.len());
     Ok(())
+}
+
+/// Refuses a bag that exists or cannot be written, before the robot moves.
+fn check_new_bag(bag: &Path) -> Result<()> {
+    if bag.exists() {
+        return Err(
+            Error::new(format_args!("{} exists", bag.display())).hint("choose another file")
+        );
+    }
+    check_writable(bag).map_err(|error| bag_unwritten(bag, &error))
+}
+
+fn bag_unwritten(bag: &Path, error: &dyn std::fmt::Display) -> Error {
+    Error::new(format_args!("cannot write {}: {error}", bag.display()))
+        .hint("choose another file with --mcap; `beeline export --to mcap` makes a bag of a campaign at any time")
+}
+
+/// Writes a run that has just ended as a bag; `dated`: its stamps are the time of day.
+fn write_bag(bag: &Path, run: &Path, rows: &[Row], config: &Config, dated: bool) -> Result<()> {
+    let name = run.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let facts = RunFacts { name: name.clone(), ..RunFacts::default() };
+    let rows: Vec<Row> = rows.iter().map(|row| on_one_encoder(row, config)).collect();
+    let robot = RobotFile::of(config);
+    let mut recording = Run { name, facts, rows }.to_recording(&robot);
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let began_s = since_1970.as_secs_f64() - recording.duration_s();
+    recording.started_s = Some(if dated { began_s } else { 0.0 });
+    let model = recording::Campaign { robot: robot.to_model(), runs: vec![recording] };
+    let geometry = &config.geometry;
+    let radii_m = [geometry.wheel_radius_m, geometry.wheel_radius_m * geometry.wheel_weight];
+    let trajectories = Trajectory::all(&model, radii_m, geometry.track_width_m);
+    let bytes = ::import::export::bag(&trajectories).map_err(|error| bag_unwritten(bag, &error))?;
+    match write_new(bag, &bytes).map_err(|error| bag_unwritten(bag, &error))? {
+        true => Ok(()),
+        false => Err(bag_unwritten(bag, &"somebody else has written it meanwhile")),
+    }
 }
 
 fn say_recorded(json: bool, path: &Path, samples: usize) {

@@ -1,13 +1,15 @@
 //! `beeline explain` in words: what is missing, the evidence for it, what cannot be told apart, what was
 //! rejected, what stays unexplained, and the run that would tell more.
 
-#[cfg(test)]
-pub(crate) mod empty_answer;
-mod headline;
+mod context;
 mod next_run;
 mod progress;
 
 use campaign::model::EffectEntry;
+pub use findings::headline::{
+    before, effects_with_values, errors_text, net_changes, on_held_out, wrong_in_robot_toml,
+};
+use findings::headline::{effect_names, kind_of_error};
 use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, ParameterFound, StepFound};
 
@@ -17,12 +19,7 @@ use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use crate::words;
 
-use self::headline::kind_of_error;
-pub use self::headline::{
-    AnswerContext, before, effects_with_values, errors_text, headline, net_changes, on_held_out,
-    wrong_in_robot_toml,
-};
-pub(crate) use self::headline::{effect_names, number_word};
+pub use self::context::{AnswerContext, headline};
 pub use self::next_run::{flash_option, next_run_command, next_run_options, robot_options};
 pub(crate) use self::next_run::{gyro_words, no_next_run};
 pub use self::progress::explained;
@@ -112,7 +109,7 @@ fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     row(String::new(), before(answer).into(), &answer.baseline.cross_validated, String::new());
     for (number, step) in answer.steps.iter().enumerate() {
         let name = match step.class.len() {
-            0..=2 => format!("+ {}", effect_names(step, context)),
+            0..=2 => format!("+ {}", effect_names(step, &context.asked())),
             // All of them are in the section of this effect.
             n => format!("+ {} or {} others", context.name(&step.effect), n - 1),
         };

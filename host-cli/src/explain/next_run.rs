@@ -5,7 +5,7 @@ use std::path::Path;
 use robot_model::effect::{ActsOn, find};
 use robot_model::explain::{Answer, NextRun};
 
-use super::headline::AnswerContext;
+use super::context::AnswerContext;
 use crate::cli::Common;
 use crate::escape::{shell, shell_path};
 use crate::port::Port;
@@ -83,7 +83,10 @@ pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
+    use findings::empty_answer::nothing_found;
+    use robot_model::estimation::Errors;
     use robot_model::explain::{CandidateKind, PredictedSeparation};
+    use robot_model::explain::{Evidence, StepFound};
 
     use super::*;
 
@@ -135,5 +138,34 @@ mod tests {
         // The simulator has a gyro of its own, and refuses a file.
         assert!(next_run_command(&gyro, &context("--port sim")).ends_with("--port sim"));
         assert!(gyro_words(&next(&["slope", "heading_pull"])).is_none());
+    }
+
+    #[test]
+    fn effects_that_no_run_tells_apart_are_named() {
+        let answer = |class: &[&str]| Answer {
+            steps: vec![StepFound {
+                effect: class[0].into(),
+                class: class.iter().map(|id| (*id).to_owned()).collect(),
+                parameters: Vec::new(),
+                fitted: Errors::default(),
+                cross_validated: Errors::default(),
+                p_value: 1e-9,
+                evidence: Evidence::default(),
+                effect_size_m: 1e-2,
+                moves_no_track: false,
+                matters: true,
+            }],
+            ..nothing_found()
+        };
+        assert!(no_next_run(&answer(&["scrub"])).contains("No further run"));
+        let mut unexplained = answer(&["scrub"]);
+        unexplained.unexplained.structure = true;
+        let said = no_next_run(&unexplained);
+        assert!(said.contains("still unexplained") && !said.contains("No further run"), "{said}");
+        let said = no_next_run(&answer(&["scrub", "slope", "side_slip"]));
+        assert_eq!(
+            said,
+            "No run that beeline can plan distinguishes scrub from slope or side_slip."
+        );
     }
 }

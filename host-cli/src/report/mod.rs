@@ -187,7 +187,7 @@ fn title(answer: &Answer) -> String {
         (0, false) => "Nothing is missing".to_owned(),
         (0, true) => "An unknown effect".to_owned(),
         (1, _) => "One effect is missing".to_owned(),
-        (n, _) => format!("{} effects are missing", crate::explain::number_word(n)),
+        (n, _) => format!("{} effects are missing", findings::headline::number_word(n)),
     }
 }
 

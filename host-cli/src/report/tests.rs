@@ -9,7 +9,7 @@ use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
 
 use super::*;
-use crate::explain::empty_answer::nothing_found;
+use findings::empty_answer::nothing_found;
 
 fn errors(mm: f64) -> Errors {
     Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mm * 2e-3, chi: 1.2 }

@@ -18,6 +18,7 @@ use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::message::MessageType;
 use crate::odometry;
 use crate::text::{self, Mapping};
+use crate::wpilog::{self, is_wpilog};
 use file::{files, is_bag};
 use offer::{of_poses, of_text, of_topic, pairs_of_wheels};
 
@@ -70,6 +71,9 @@ impl Sources {
             for file in files(path)? {
                 each.push(match is_bag(&file)? {
                     true => Source::Bag(file.clone(), bag::inventory(&file)?),
+                    false if is_wpilog(&file) => {
+                        Source::Text(file.clone(), Box::new(wpilog::read(&file, mappings)?))
+                    }
                     false => Source::Text(file.clone(), Box::new(text::read(&file, mappings)?)),
                 });
             }

@@ -48,7 +48,7 @@ fn parse_mapping(text: &str) -> Result<Mapping, String> {
 /// A column as its header names it: what it holds, if that is certain, and the factor of its unit, if the name has one.
 ///
 /// `timestamp [ns]`, `yaw_deg`, `x_mm`, `p_RS_R_x [m]`.
-pub(super) fn by_name(header: &str) -> Option<(Quantity, Option<f64>)> {
+pub(crate) fn by_name(header: &str) -> Option<(Quantity, Option<f64>)> {
     let name = header.to_ascii_lowercase();
     let (name, bracket) = match name.split_once(['[', '(']) {
         Some((name, unit)) => {

@@ -4,12 +4,16 @@
 //! | --- | --- |
 //! | `quantity.rs` | [`Quantity`]: what a column can be; its unit |
 //! | `mapping.rs` | [`Mapping`]: which column it is, as the user says; names that many loggers use |
+//! | `columns.rs` | columns that are numbers already |
 //! | `read.rs` | [`read`]: a file as wheels and poses |
 
+mod columns;
 mod mapping;
 mod quantity;
 mod read;
 
+pub(crate) use columns::of_columns;
+pub(crate) use mapping::by_name;
 pub use mapping::{Mapping, parse_mappings};
 pub use quantity::Quantity;
 pub use read::{TextLogs, parse, read};

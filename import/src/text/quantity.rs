@@ -48,6 +48,19 @@ impl Quantity {
         Self::QuaternionW,
     ];
 
+    /// Whether it is one of a wheel.
+    pub const fn is_wheel(self) -> bool {
+        matches!(
+            self,
+            Self::LeftCounts
+                | Self::RightCounts
+                | Self::LeftAngle
+                | Self::RightAngle
+                | Self::LeftTravel
+                | Self::RightTravel
+        )
+    }
+
     /// Its name in `--map`.
     pub const fn name(self) -> &'static str {
         match self {

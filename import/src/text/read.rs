@@ -1,4 +1,6 @@
 //! A text file as wheels and poses.
+//!
+//! Longer than 400 lines because all of it is one table: which columns are used, their cells, what they come to.
 
 use std::path::Path;
 
@@ -54,28 +56,25 @@ pub fn parse(file: &Path, content: &[u8], mappings: &[Mapping]) -> Result<TextLo
         return Err(error(file, "the file is empty", "record it again"));
     };
     let mut table = Table::of(file, text, first, mappings)?;
-    let mut notes = table.read_rows(text)?;
-    notes.extend(table.scale_times()?);
-    let (wheels, poses) = (table.wheels(&mut notes), table.poses(&mut notes));
-    let columns = if table.has_header { table.header } else { Vec::new() };
-    Ok(TextLogs { wheels, poses, notes, columns })
+    let notes = table.read_rows(text)?;
+    table.logs(notes)
 }
 
 /// One column that is used.
-struct Used {
+pub(super) struct Used {
     quantity: Quantity,
-    index: usize,
+    pub(super) index: usize,
     name: String,
-    factor: Option<f64>,
-    values: Vec<f64>,
+    pub(super) factor: Option<f64>,
+    pub(super) values: Vec<f64>,
 }
 
-struct Table<'a> {
+pub(super) struct Table<'a> {
     file: &'a Path,
     delimiter: u8,
     has_header: bool,
     cells: usize,
-    used: Vec<Used>,
+    pub(super) used: Vec<Used>,
     header: Vec<String>,
 }
 
@@ -90,6 +89,20 @@ fn delimiter(line: &str) -> u8 {
 }
 
 impl<'a> Table<'a> {
+    /// A table with these columns, none of which is used yet.
+    pub(super) fn with_header(file: &'a Path, header: Vec<String>) -> Self {
+        let (cells, used) = (header.len(), Vec::new());
+        Self { file, delimiter: b',', has_header: true, cells, used, header }
+    }
+
+    /// What its columns are, once they have values.
+    pub(super) fn logs(mut self, mut notes: Vec<Note>) -> Result<TextLogs, CampaignError> {
+        notes.extend(self.scale_times()?);
+        let (wheels, poses) = (self.wheels(&mut notes), self.poses(&mut notes));
+        let columns = if self.has_header { self.header } else { Vec::new() };
+        Ok(TextLogs { wheels, poses, notes, columns })
+    }
+
     fn of(
         file: &'a Path,
         text: &str,
@@ -141,7 +154,7 @@ impl<'a> Table<'a> {
     }
 
     /// Which column is what: those that the user named, then those with usual names.
-    fn use_columns(&mut self, mappings: &[Mapping]) -> Result<(), CampaignError> {
+    pub(super) fn use_columns(&mut self, mappings: &[Mapping]) -> Result<(), CampaignError> {
         let named = mappings.iter().filter_map(|mapping| {
             let index = self.header.iter().position(|name| *name == mapping.column)?;
             Some((mapping.quantity, index, mapping.factor))

@@ -7,10 +7,12 @@ import csv
 import json
 import math
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
 
+import beeline as beeline_python
 import numpy as np
 import yaml
 from evo.core import metrics, sync
@@ -20,6 +22,8 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from wpiutil import DataLogWriter
+from wpiutil.log import DoubleArrayLogEntry, DoubleLogEntry
 
 MYSTERY = pathlib.Path(__file__).parents[3] / "examples" / "mystery-robot"
 # https://control.ros.org/jazzy/doc/ros2_controllers/diff_drive_controller/doc/userdoc.html
@@ -153,6 +157,30 @@ def write(place, store, plugin, runs):
                 bag.write(poses, ns, store.serialize_cdr(message, pose_stamped.__msgtype__))
 
 
+def a_data_log_of_wpilib_is_read(runs):
+    """As a robot program logs: each wheel when it changes, and poses of a camera."""
+    expected, sigma = speed_growth(MYSTERY)
+    log = DataLogWriter(str(folder / "drive.wpilog"))
+    wheels = [DoubleLogEntry(log, f"/drive/{side}") for side in ("left", "right")]
+    poses = DoubleArrayLogEntry(log, "/camera/pose")
+    for number, one in enumerate(runs.values()):
+        start_us = 1_000_000 + number * 100_000_000
+        records = [(t_s, wheels[side], angles[side]) for t_s, *angles in one["wheels"] for side in (0, 1)]
+        records += [(t_s, poses, list(pose)) for t_s, *pose in one["poses"]]
+        for t_s, entry, value in sorted(records, key=lambda record: record[0]):
+            at_us = start_us + round(t_s * 1e6)
+            (entry.update if entry in wheels else entry.append)(value, at_us)
+    log.flush()
+    log.stop()
+    columns = {"left_rad": "/drive/left", "right_rad": "/drive/right"}
+    columns |= {name: f"/camera/pose[{k}]" for k, name in enumerate(("x_m", "y_m", "heading_rad"))}
+    mapping = ",".join(f"{name}={column}" for name, column in columns.items())
+    sheet = ("--wheel-radius", "36mm", "--track-width", "37.2cm")
+    run("import", "drive.wpilog", "-o", "of_wpilog", "--map", mapping, *sheet)
+    value, _ = speed_growth("of_wpilog")
+    check("we read a data log of WPILib", abs(value - expected) < sigma, f"{value:.5f}, not {expected:.5f} ± {sigma:.5f}")
+
+
 def trajectories_are_read_by_evo(runs):
     worst = 0.0
     for name, one in runs.items():
@@ -201,6 +229,63 @@ def parameters_are_those_of_the_controller(runs):
     check("an odometry of these parameters is ours", worst < 1e-4, f"{worst:.1e} m")
 
 
+def odometry(wheels, parameters):
+    """Poses as diff_drive_controller computes them from angles, at every sample, from the origin."""
+    t_s, left, right = wheels
+    left_m = parameters["wheel_radius"] * parameters["left_wheel_radius_multiplier"]
+    right_m = parameters["wheel_radius"] * parameters["right_wheel_radius_multiplier"]
+    width_m = parameters["wheel_separation"] * parameters["wheel_separation_multiplier"]
+    rolled = left_m * np.diff(left), right_m * np.diff(right)
+    travel, turn = (rolled[0] + rolled[1]) / 2, (rolled[1] - rolled[0]) / width_m
+    heading = np.concatenate([[0], np.cumsum(turn)])
+    # Exact along the arc: the chord is shorter than the arc by sin(h) / h of half the turn.
+    chord = travel * np.sinc(turn / 2 / math.pi)
+    middle = heading[:-1] + turn / 2
+    return t_s, *(np.concatenate([[0], np.cumsum(chord * of(middle))]) for of in (np.cos, np.sin))
+
+
+def squares(x, y, track):
+    """Squared distances to the measured positions, once a path is laid on them as well as turning and shifting it can."""
+    seen = np.isfinite(track.x_m)
+    path, aim = (x + 1j * y)[seen], (track.x_m + 1j * track.y_m)[seen]
+    path, aim = path - path.mean(), aim - aim.mean()
+    # A robot that rests turns nowhere.
+    turn = np.vdot(path, aim) or 1.0
+    return np.abs(aim - path * turn / abs(turn)) ** 2
+
+
+def parameters_serve_runs_that_were_held_out(example, every):
+    """An odometry by the exported parameters, on runs that were held out: as good as our own model of the same numbers?"""
+    place = folder / f"held_out_{example.name}"
+    shutil.copytree(example, place)
+    robot = place / "robot.toml"
+    text = robot.read_text()
+    for name in sorted(file.stem for file in (place / "runs").glob("*.csv"))[::every]:
+        line = f'name = "{name}"\n'
+        if line in text:
+            text = text.replace(line, f"{line}held_out = true\n")
+        else:
+            text += f"\n[[run]]\n{line}held_out = true\n"
+    robot.write_text(text)
+    campaign = beeline_python.Campaign.from_folder(place)
+    told = yaml.safe_load(run("export", place, "--to", "ros2"))["diff_drive_controller"]["ros__parameters"]
+    nominal = {**told, **{name: 1.0 for name in told if name.endswith("multiplier")}}
+    fit = campaign.fit(["wheel_radius_ratio", "wheel_radius_scale", "track_width"])
+    sums = {"nominal": [], "parameters": [], "ours": []}
+    for track in campaign.predict(fit):
+        if not track.held_out:
+            continue
+        for name, numbers in (("nominal", nominal), ("parameters", told)):
+            t_s, x, y = odometry(campaign.wheels(track.run), numbers)
+            at = [np.interp(track.t_s, t_s, values) for values in (x, y)]
+            sums[name].append(squares(*at, track))
+        sums["ours"].append(squares(track.predicted_x_m, track.predicted_y_m, track))
+    before, theirs, ours = (1e3 * math.sqrt(np.concatenate(one).mean()) for one in sums.values())
+    share = (before - theirs) / (before - ours)
+    detail = f"{len(sums['ours'])} runs: {before:.2f} mm, {theirs:.2f} mm by the parameters, {ours:.2f} mm by our model"
+    check(f"parameters reduce the held-out error of {example.name} as our model does", abs(share - 1) < 0.01 and ours < before, detail)
+
+
 run("export", MYSTERY, "--to", "mcap", "-o", "drive.mcap")
 run("export", MYSTERY, "--to", "csv", "-o", "table.csv")
 run("export", MYSTERY, "--to", "tum", "-o", "tracks")
@@ -208,6 +293,9 @@ table = exported()
 bag_is_read_by_others(table)
 trajectories_are_read_by_evo(table)
 parameters_are_those_of_the_controller(table)
+parameters_serve_runs_that_were_held_out(MYSTERY, 3)
+parameters_serve_runs_that_were_held_out(MYSTERY.parent / "optiodom", 3)
 # The robot rests in one run, which is none for an import.
 bags_of_others_are_read(table)
+a_data_log_of_wpilib_is_read(table)
 sys.exit(min(failures, 1))

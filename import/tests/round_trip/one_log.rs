@@ -17,7 +17,10 @@ pub struct OneLog {
     pub wheels: Vec<(f64, [f64; 2])>,
     /// Poses in the tracker's frame.
     pub poses: Vec<Pose3>,
+    /// Of a wheel.
     pub counts_per_rev: f64,
+    /// Time \[s\] and rate of a gyro that the campaign has.
+    pub yaw_rates: Vec<(f64, f64)>,
     /// The bag has a gyro that sits upside down, and a battery of 12.25 V.
     pub has_gyro_and_battery: bool,
 }
@@ -27,6 +30,8 @@ type Recorded = (f64, ChannelId, Vec<u8>);
 
 /// When the log began \[s\].
 const EPOCH_S: f64 = 1_732_473_042.25;
+/// Between two runs, where nobody knows better \[s\].
+const BETWEEN_S: f64 = 20.0;
 /// Between two samples while the robot stands \[s\].
 const IDLE_S: f64 = 0.05;
 
@@ -58,18 +63,24 @@ impl OneLog {
 
     /// Only some of the runs.
     pub fn of_runs(folder: &Path, late_s: f64, which: Range<usize>) -> Self {
-        let campaign = Campaign::read(folder).unwrap();
+        Self::of_campaign(&Campaign::read(folder).unwrap(), late_s, which)
+    }
+
+    /// Only some of the runs of a campaign. Where nobody knows when a run began, it did a while after the one before.
+    pub fn of_campaign(campaign: &Campaign, late_s: f64, which: Range<usize>) -> Self {
         let mut log = Self {
+            yaw_rates: Vec::new(),
             wheels: Vec::new(),
             poses: Vec::new(),
-            counts_per_rev: campaign.robot.counts_per_rev,
+            counts_per_rev: campaign.robot.counts_per_rev * campaign.robot.gear_reduction,
             has_gyro_and_battery: false,
         };
         let mut counted = [0.0; 2];
         for run in
             campaign.runs.iter().enumerate().filter(|(k, _)| which.contains(k)).map(|(_, run)| run)
         {
-            let start_s = EPOCH_S + run.facts.started_s.unwrap();
+            let after = log.wheels.last().map_or(EPOCH_S, |(t_s, _)| t_s + BETWEEN_S);
+            let start_s = run.facts.started_s.map_or(after, |started_s| EPOCH_S + started_s);
             log.stand_until(
                 start_s,
                 late_s,
@@ -91,6 +102,7 @@ impl OneLog {
                     let counts = [counted[0] + left - first[0], counted[1] + right - first[1]];
                     log.wheels.push((t_s, counts));
                 }
+                log.yaw_rates.extend(row.gyro_z_rad_s.map(|rate_rad_s| (t_s, rate_rad_s)));
                 if let (Some(x), Some(y), Some(heading)) =
                     (row.get(Column::X), row.get(Column::Y), row.get(Column::Heading))
                 {
@@ -235,6 +247,12 @@ impl OneLog {
             // Received some time after it was measured.
             messages.push((t_s + 0.013, joints, encode_joints(*t_s, &joint)));
         }
+        if !self.yaw_rates.is_empty() {
+            let imu = bag.channel("/imu", "sensor_msgs/msg/Imu", "");
+            let message =
+                |(t_s, rate): &(f64, f64)| (*t_s, imu, encode_imu(*t_s, [0.0, 0.0, *rate]));
+            messages.extend(self.yaw_rates.iter().map(message));
+        }
         if self.has_gyro_and_battery {
             let imu = bag.channel("/imu", "sensor_msgs/msg/Imu", "");
             let battery = bag.channel("/battery", "sensor_msgs/msg/BatteryState", "");
@@ -249,6 +267,59 @@ impl OneLog {
             }
         }
         self.finish(bag, poses, messages)
+    }
+
+    /// As a data log of WPILib, on a clock of its own: angles of wheels, each logged when it changes, and poses as structs.
+    pub fn wpilog(&self) -> Vec<u8> {
+        let mut bytes = b"WPILOG\x00\x01\x05\x00\x00\x00extra".to_vec();
+        let mut record = |entry: u32, t_s: f64, payload: &[u8]| {
+            let t_us = ((t_s - self.wheels[0].0) * 1e6).round().max(0.0) as u64;
+            // One byte for the entry, two for the size, five for the time.
+            bytes.push(4 | 4 << 4);
+            bytes.push(entry as u8);
+            bytes.extend_from_slice(&(payload.len() as u16).to_le_bytes());
+            bytes.extend_from_slice(&t_us.to_le_bytes()[..5]);
+            bytes.extend_from_slice(payload);
+        };
+        let entries = [
+            ("NT:/drive/left_rad", "double"),
+            ("NT:/drive/right_rad", "double"),
+            ("/vision/pose", "struct:Pose2d"),
+            ("messages", "string"),
+        ];
+        for (entry, (name, kind)) in (1_u32..).zip(entries) {
+            let mut start = vec![0];
+            start.extend_from_slice(&entry.to_le_bytes());
+            for text in [name, kind, "{}"] {
+                start.extend_from_slice(&(text.len() as u32).to_le_bytes());
+                start.extend_from_slice(text.as_bytes());
+            }
+            // By the clock of the day, as WPILib does it before it has set its own.
+            record(0, self.wheels[0].0 + 1e6, &start);
+        }
+        record(4, self.wheels[0].0, b"hello");
+        // Records come in the order of time.
+        let mut all: Vec<(f64, u32, Vec<u8>)> = Vec::new();
+        let rad = TAU / self.counts_per_rev;
+        let mut logged = [f64::NAN; 2];
+        for (t_s, counts) in &self.wheels {
+            for side in 0..2 {
+                if counts[side] != logged[side] {
+                    logged[side] = counts[side];
+                    // A program takes a little from one to the next.
+                    let at_s = t_s + 4e-4 * side as f64;
+                    all.push((at_s, side as u32 + 1, (counts[side] * rad).to_le_bytes().to_vec()));
+                }
+            }
+        }
+        for Pose3 { t_s, position_m: [x, y, _], orientation } in &self.poses {
+            let [_, _, z, w] = orientation.unwrap();
+            let pose = [*x, *y, 2.0 * z.atan2(w)].map(f64::to_le_bytes).concat();
+            all.push((*t_s, 3, pose));
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.iter().for_each(|(t_s, entry, payload)| record(*entry, *t_s, payload));
+        bytes
     }
 
     /// The wheels as a table in nanoseconds.

@@ -6,7 +6,7 @@ use super::curve::{self, Curve};
 use super::finding::{Finding, finding};
 use super::regime::{self, Grouping};
 use super::rms::Rms;
-use super::whole_runs::{self, Path, RunCompared};
+use super::whole_runs::{self, Path, RunCompared, RunPredicted};
 
 use crate::clocks;
 use crate::effect::catalogue::CATALOGUE;
@@ -100,6 +100,12 @@ impl Comparer {
     pub fn paths(&self, model: &[EffectWithValues<'_>]) -> Vec<Path> {
         let paths = |of: &Prepared| whole_runs::paths(of, &terms(model), &self.noise);
         [paths(&self.prepared), paths(&self.held_out)].concat()
+    }
+
+    /// The poses that the model predicts for each run beside those measured; the runs held out come last.
+    pub fn predicted(&self, model: &[EffectWithValues<'_>]) -> Vec<RunPredicted> {
+        let runs = |of: &Prepared| whole_runs::predicted(of, &terms(model), &self.noise);
+        [runs(&self.prepared), runs(&self.held_out)].concat()
     }
 
     /// The residual of the model against everything it might depend on.

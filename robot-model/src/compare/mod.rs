@@ -40,4 +40,4 @@ pub use finding::{ErrorLevel, Finding, WorstGroup};
 pub use regime::{Grouping, Label, Regime, RegimeError};
 pub use rms::Rms;
 pub use stretch::{Component, Drift};
-pub use whole_runs::{Path, RunCompared};
+pub use whole_runs::{Path, RunCompared, RunPredicted};

@@ -61,6 +61,21 @@ pub struct Path {
     pub way_m: Vec<[f64; 2]>,
 }
 
+/// One run with its measured poses, and what a model predicts for the same times from its best start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunPredicted {
+    /// Name of the run.
+    pub run: String,
+    /// Its kind.
+    pub kind: RunKind,
+    /// Whether it is held out.
+    pub held_out: bool,
+    /// What was measured, by the clock of the wheels.
+    pub measured: Vec<PoseMeasurement>,
+    /// What is predicted, one pose for each measurement.
+    pub predicted: Vec<Pose>,
+}
+
 impl Path {
     /// The path as far as it is known: measured, or predicted between few measured positions.
     pub fn shape_m(&self) -> &[[f64; 2]] {
@@ -201,6 +216,26 @@ fn rms(runs: &[&Sums]) -> [Rms; 2] {
             noise_high: simulated[PERCENTILE_99],
         }
     })
+}
+
+pub(super) fn predicted(
+    prepared: &Prepared,
+    terms: &[Term<'_>],
+    noise: &OdometryNoise,
+) -> Vec<RunPredicted> {
+    let (position_m, heading_rad) = scales(noise);
+    let tracks = tracks(prepared, terms).into_iter().zip(&prepared.runs);
+    let run = |(track, run): (Track, &PreparedRun)| {
+        let start = track.best_start(position_m, heading_rad).unwrap_or(Pose::ORIGIN);
+        RunPredicted {
+            run: run.recording.name.clone(),
+            kind: run.kind,
+            held_out: run.recording.held_out,
+            predicted: track.predicted.iter().map(|pose| start.compose(*pose)).collect(),
+            measured: track.measured,
+        }
+    };
+    tracks.map(run).collect()
 }
 
 pub(super) fn paths(prepared: &Prepared, terms: &[Term<'_>], noise: &OdometryNoise) -> Vec<Path> {

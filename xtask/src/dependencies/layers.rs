@@ -40,7 +40,7 @@ const TERMINAL: &[&str] = &[
     "yansi",
 ];
 
-const RULES: [Rule; 6] = [
+const RULES: [Rule; 7] = [
     Rule {
         package: "robot-model",
         forbidden: &[FILES, COMMAND_LINE, TERMINAL, &["shared-proto", "campaign", "sim-target"]],
@@ -60,6 +60,11 @@ const RULES: [Rule; 6] = [
         package: "import",
         forbidden: &[COMMAND_LINE, TERMINAL, &["host-link", "sim-target", "host-cli"]],
         why: "logs are imported by any program, and no robot is needed for it",
+    },
+    Rule {
+        package: "findings",
+        forbidden: &[COMMAND_LINE, TERMINAL, &["host-link", "sim-target", "host-cli"]],
+        why: "what is found is told by any program, with or without a terminal",
     },
     Rule {
         package: "host-link",

@@ -1,6 +1,5 @@
-//! An answer in sentences, for the terminal and for a page alike.
+//! The main finding of an answer, for the terminal, a page and programs alike.
 
-use campaign::model::EffectEntry;
 use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::{Effect, Facts, FirmwareTerm};
 use robot_model::estimation::Errors;
@@ -32,42 +31,37 @@ pub fn before(answer: &Answer) -> &'static str {
     if answer.known.is_empty() { "nominal robot" } else { "the model" }
 }
 
-/// What was asked, for the words of the answer.
-pub struct AnswerContext<'a> {
-    /// Name of the robot.
-    pub robot: &'a str,
-    /// The folder, as the user wrote it.
-    pub campaign: String,
-    /// The options that reach the robot for the next run, as the user would write them.
-    pub robot_options: String,
+/// What was asked.
+#[derive(Clone, Copy)]
+pub struct Asked<'a> {
     /// How many runs a model is fitted to.
     pub runs: usize,
     /// All candidate effects.
     pub catalogue: &'a [&'a dyn Effect],
-    /// The effects that the user's model has already.
-    pub in_model: &'a [EffectEntry],
-    /// The net change by each step in one number, where there is one.
-    pub combinations: Vec<Option<String>>,
     /// Wheel radius and track width as `robot.toml` has them \[m\].
     pub nominal_m: [f64; 2],
 }
 
-impl AnswerContext<'_> {
-    pub(crate) fn facts(&self, id: &str) -> Option<Facts<'_>> {
+impl<'a> Asked<'a> {
+    /// The facts of an effect.
+    pub fn facts(&self, id: &str) -> Option<Facts<'a>> {
         self.catalogue.iter().map(|effect| effect.facts()).find(|facts| facts.id == id)
     }
 
     /// The plain name of an effect.
-    pub fn name<'b>(&'b self, id: &'b str) -> &'b str {
+    pub fn name<'b>(&self, id: &'b str) -> &'b str
+    where
+        'a: 'b,
+    {
         self.facts(id).map_or(id, |facts| facts.name)
     }
 }
 
 /// The main finding, in a few sentences: first what is wrong in `robot.toml`, then the effects that matter.
-pub fn headline(answer: &Answer, context: &AnswerContext<'_>) -> String {
+pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     let before = &answer.baseline.cross_validated;
     let after = answer.steps.last().map_or(before, |step| &step.cross_validated);
-    let error = format!("the {} {}", kind_of_error(context.runs), change(before, after));
+    let error = format!("the {} {}", kind_of_error(asked.runs), change(before, after));
     let more = if answer.unexplained.structure {
         format!(". The residuals still depend on {}", words::depends_on(&answer.unexplained))
     } else {
@@ -78,26 +72,26 @@ pub fn headline(answer: &Answer, context: &AnswerContext<'_>) -> String {
     let found = match matter.as_slice() {
         [] if answer.unexplained.structure => format!(
             "No known effect explains {}, but the residuals depend on {}.",
-            these(context.runs),
+            these(asked.runs),
             words::depends_on(&answer.unexplained)
         ),
         [] => format!(
             "Nothing{} is missing{}: the residuals of {} are noise.",
             if slight.is_empty() { "" } else { " that matters" },
             if answer.known.is_empty() { "" } else { " from the model" },
-            these(context.runs)
+            these(asked.runs)
         ),
         [one] if answer.known.is_empty() => {
-            format!("One effect is missing: {}. With it {error}{more}.", effect_names(one, context))
+            format!("One effect is missing: {}. With it {error}{more}.", effect_names(one, asked))
         }
         [one] => {
             format!(
                 "One more effect is missing: {}. With it {error}{more}.",
-                effect_names(one, context)
+                effect_names(one, asked)
             )
         }
         steps => {
-            let names: Vec<String> = steps.iter().map(|step| effect_names(step, context)).collect();
+            let names: Vec<String> = steps.iter().map(|step| effect_names(step, asked)).collect();
             format!(
                 "{}{} effects are missing: {}. With them {error}{more}.",
                 number_word(steps.len()),
@@ -106,8 +100,8 @@ pub fn headline(answer: &Answer, context: &AnswerContext<'_>) -> String {
             )
         }
     };
-    let first = wrong_in_robot_toml(answer, context.catalogue, context.nominal_m);
-    [first, Some(found), too_small_to_matter(&slight, answer, context)]
+    let first = wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m);
+    [first, Some(found), too_small_to_matter(&slight, answer, asked)]
         .into_iter()
         .flatten()
         .collect::<Vec<_>>()
@@ -148,11 +142,11 @@ pub fn wrong_in_robot_toml(
 fn too_small_to_matter(
     slight: &[&StepFound],
     answer: &Answer,
-    context: &AnswerContext<'_>,
+    asked: &Asked<'_>,
 ) -> Option<String> {
     let together_m = slight.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt();
     let least_m = together_m.max(answer.tolerance_m);
-    let names: Vec<String> = slight.iter().map(|step| effect_names(step, context)).collect();
+    let names: Vec<String> = slight.iter().map(|step| effect_names(step, asked)).collect();
     let moves = format!("less than {} mm", at_least(1e3 * least_m));
     match slight {
         [] => None,
@@ -173,7 +167,7 @@ fn at_least(number: f64) -> String {
 }
 
 /// `cross-validated error`; of one run there is only that of the fit to it.
-pub(super) fn kind_of_error(runs: usize) -> &'static str {
+pub fn kind_of_error(runs: usize) -> &'static str {
     if runs == 1 { "error on the fitted run" } else { "cross-validated error" }
 }
 
@@ -198,14 +192,14 @@ fn change(from: &Errors, to: &Errors) -> String {
 }
 
 /// A small number in words.
-pub(crate) fn number_word(n: usize) -> String {
+pub fn number_word(n: usize) -> String {
     let words = ["Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine"];
     words.get(n).map_or_else(|| n.to_string(), |word| (*word).to_owned())
 }
 
 /// The name of an effect, with those of all that the runs cannot tell from it.
-pub(crate) fn effect_names(step: &StepFound, context: &AnswerContext<'_>) -> String {
-    let names: Vec<&str> = step.class.iter().map(|id| context.name(id)).collect();
+pub fn effect_names(step: &StepFound, asked: &Asked<'_>) -> String {
+    let names: Vec<&str> = step.class.iter().map(|id| asked.name(id)).collect();
     names.join(" or ")
 }
 
@@ -234,8 +228,7 @@ mod tests {
     use robot_model::explain::Evidence;
 
     use super::*;
-    use crate::explain::empty_answer::nothing_found;
-    use crate::explain::next_run::no_next_run;
+    use crate::empty_answer::nothing_found;
 
     fn errors(mm: f64, mrad: f64) -> Errors {
         Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
@@ -262,16 +255,7 @@ mod tests {
     }
 
     fn said(runs: usize, from: Errors, to: Errors) -> String {
-        let context = AnswerContext {
-            robot: "r",
-            campaign: "r".into(),
-            robot_options: "--port sim".into(),
-            runs,
-            catalogue: &[],
-            combinations: Vec::new(),
-            in_model: &[],
-            nominal_m: [0.036, 0.372],
-        };
+        let context = Asked { runs, catalogue: &[], nominal_m: [0.036, 0.372] };
         headline(&answer(&["gyro_bias"], from, to), &context)
     }
 
@@ -314,16 +298,7 @@ mod tests {
     fn what_does_not_matter_is_said_to_be_there_and_how_little_it_moves() {
         let here = errors(1.5, 2.0);
         let found = answer(&["marker_offset"], here, here).with_tolerance(0.02);
-        let context = AnswerContext {
-            robot: "r",
-            campaign: "r".into(),
-            robot_options: "--port sim".into(),
-            runs: 5,
-            catalogue: &[],
-            combinations: Vec::new(),
-            in_model: &[],
-            nominal_m: [0.036, 0.372],
-        };
+        let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
         assert_eq!(
             headline(&found, &context),
             "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is there and moves \
@@ -342,32 +317,12 @@ mod tests {
             low95: 0.0498,
             high95: 0.0502,
         }];
-        let context = AnswerContext {
-            robot: "r",
-            campaign: "r".into(),
-            robot_options: "--port sim".into(),
+        let context = Asked {
             runs: 5,
             catalogue: &robot_model::effect::CATALOGUE,
-            combinations: Vec::new(),
-            in_model: &[],
             nominal_m: [0.034, 0.372],
         };
         let said = headline(&found, &context);
         assert!(said.starts_with("Set wheel_radius_m = 0.0357 (it says 0.0340)"), "{said}");
-    }
-
-    #[test]
-    fn effects_that_no_run_tells_apart_are_named() {
-        let here = errors(5.0, 9.0);
-        assert!(no_next_run(&answer(&["scrub"], here, here)).contains("No further run"));
-        let mut unexplained = answer(&["scrub"], here, here);
-        unexplained.unexplained.structure = true;
-        let said = no_next_run(&unexplained);
-        assert!(said.contains("still unexplained") && !said.contains("No further run"), "{said}");
-        let said = no_next_run(&answer(&["scrub", "slope", "side_slip"], here, here));
-        assert_eq!(
-            said,
-            "No run that beeline can plan distinguishes scrub from slope or side_slip."
-        );
     }
 }

@@ -7,12 +7,14 @@
 //! | `answer.rs` | what `explain` answers: the evidence for an effect, why one was rejected, the next run |
 //! | `model.rs` | the verdict on an effect of a chosen model |
 //! | `comparison.rs` | regimes, axes, and the main finding of a comparison |
+//! | `motors.rs` | what the motors lack |
 //! | `calibration.rs` | what W_T's uncertainty is made of, and what would reduce it |
 
 mod answer;
 mod calibration;
 mod comparison;
 mod model;
+pub mod motors;
 
 pub use answer::{
     clocks, depends_on, evidence, expression, lacking, net_change, predicted, reason,
@@ -23,7 +25,7 @@ pub use comparison::{axis, finding, label, regime};
 pub use model::verdict;
 
 /// `a`, `a and b`, `a, b and c`.
-pub(crate) fn listed(names: &[String]) -> String {
+pub fn listed(names: &[String]) -> String {
     match names {
         [] => String::new(),
         [one] => one.clone(),

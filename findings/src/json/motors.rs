@@ -3,7 +3,7 @@
 use robot_model::drivetrain::{BaselineErrors, Estimate, MotorAnswer, MotorErrors};
 use serde_json::{Value, json};
 
-use crate::motors::{kind_id, regressor_id};
+use crate::words::motors::{kind_id, regressor_id};
 
 /// How far the baseline is off.
 pub fn motor_comparison(found: &BaselineErrors, names: &[&str]) -> Value {

@@ -4,12 +4,18 @@
 //! | --- | --- |
 //! | `answer.rs` | what `explain` answers (schema 2, `docs/explain.schema.json`) |
 //! | `comparison.rs` | what `compare` answers |
+//! | `fleet.rs` | what many robots say about one parameter |
+//! | `model.rs` | a model that was fitted |
 //! | `motors.rs` | what both answer with `--drivetrain` |
 
 mod answer;
 mod comparison;
+mod fleet;
+mod model;
 mod motors;
 
-pub use answer::{answer, data_hypothesis, errors, pair, parameters};
-pub use comparison::{comparison, rms};
+pub use answer::{answer, data_hypotheses, errors, pair, parameters};
+pub use comparison::{compared, comparison, rms};
+pub use fleet::judgement;
+pub use model::{effects, fitted, held_out};
 pub use motors::{motor_answer, motor_comparison};

@@ -2,13 +2,13 @@
 //!
 //! The answer is computed in `robot_model::drivetrain`; here it becomes sentences and tables.
 
-mod words;
-
 use robot_model::drivetrain::{BaselineErrors, Estimate, MotorAnswer, MotorErrors, MotorStep};
 
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 
-pub use words::{kind_id, kind_in_words, regressor_id, regressor_in_words, verdict};
+pub use findings::words::motors::{
+    WORTH_A_WORD, kind_id, kind_in_words, regressor_id, regressor_in_words, verdict,
+};
 
 /// So many of the effects that were tried are listed.
 const LISTED: usize = 6;
@@ -28,7 +28,7 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
     say(format_args!(
         "The resolution of the counts hides {}{}.",
         millimetres(*resolution_m),
-        if times > words::WORTH_A_WORD {
+        if times > WORTH_A_WORD {
             format!(": the error is {times:.1} times that")
         } else {
             ", and nothing stands out above that".into()
@@ -44,7 +44,7 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
     for (name, off_m) in rows {
         say(format_args!("{name:<24}{:>11.3}", off_m * 1e3));
     }
-    if times > words::WORTH_A_WORD {
+    if times > WORTH_A_WORD {
         say("");
         say("`beeline explain --drivetrain` says what is missing.");
     }

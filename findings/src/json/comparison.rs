@@ -7,6 +7,22 @@ use serde_json::{Value, json};
 
 use crate::words;
 
+/// What `compare` answers: a model of these effects compared with the campaign, and the nominal robot if that is another.
+pub fn compared(effects: &[&str], comparison: &Comparison, nominal: Option<&Comparison>) -> Value {
+    let nominal = nominal.map(|nominal| {
+        json!({
+            "position_m": rms(&nominal.position_m),
+            "heading_rad": rms(&nominal.heading_rad),
+        })
+    });
+    json!({
+        "schema": 1,
+        "model": effects,
+        "comparison": self::comparison(comparison),
+        "nominal": nominal,
+    })
+}
+
 /// The whole comparison.
 pub fn comparison(comparison: &Comparison) -> Value {
     let both = |[position_m, heading_rad]: &[Rms; 2]| json!([rms(position_m), rms(heading_rad)]);

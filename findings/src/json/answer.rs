@@ -1,6 +1,8 @@
 //! What `explain` answers, schema 2.
 
-use campaign::CampaignError;
+use std::path::Path;
+
+use campaign::{Campaign, CampaignError, Recordings};
 use robot_model::checks::{DataFault, DataHypothesis};
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
@@ -10,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::words;
 
-/// The whole answer; `verdict` is its first sentences, `data` what is wrong with the data ([`data_hypothesis`]).
+/// The whole answer; `verdict` is its first sentences, `data` what is wrong with the data ([`data_hypotheses`]).
 pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
     json!({
         "schema": 2,
@@ -75,8 +77,15 @@ fn step(step: &StepFound) -> Value {
     })
 }
 
+/// What is wrong with the data of a campaign without keeping a fit from being made. `folder` is only named.
+pub fn data_hypotheses(read: &Campaign, recordings: &Recordings, folder: &Path) -> Vec<Value> {
+    let told = recordings.data_errors(read, folder);
+    let found = recordings.data_hypotheses().iter().zip(&told);
+    found.map(|(found, told)| data_hypothesis(found, told)).collect()
+}
+
 /// What may be wrong with the data: in words, and its evidence.
-pub fn data_hypothesis(found: &DataHypothesis, told: &CampaignError) -> Value {
+fn data_hypothesis(found: &DataHypothesis, told: &CampaignError) -> Value {
     json!({
         "id": id(&found.what),
         "run": found.run,
@@ -149,7 +158,7 @@ mod tests {
     use robot_model::explain::{CandidateKind, Evidence, PredictedSeparation, Reason};
 
     use super::*;
-    use crate::explain::empty_answer::nothing_found;
+    use crate::empty_answer::nothing_found;
 
     /// An answer with one of everything.
     fn found() -> Answer {

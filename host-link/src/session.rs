@@ -25,7 +25,7 @@ use crate::error::{Error, Result, name_of};
 use crate::robot_clock::RobotClock;
 pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
-use crate::validate::keep_latest;
+use crate::validate::{KEPT_MAX, keep_latest};
 use crate::wire::Wire;
 
 use self::sealing::Sealing;
@@ -94,6 +94,14 @@ impl Session {
             events: VecDeque::new(),
             statistics: HostStatistics::default(),
         }
+    }
+
+    /// Never more messages wait to be taken.
+    pub const WAITING_MAX: usize = 2 * KEPT_MAX + Stream::WAITING_MAX;
+
+    /// How many messages were received and not taken yet.
+    pub fn waiting(&self) -> usize {
+        self.replies.len() + self.events.len() + self.telemetry.waiting()
     }
 
     /// The clock of this session.

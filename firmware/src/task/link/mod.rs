@@ -128,7 +128,7 @@ fn open<M: RawMutex>(
 #[inline(never)]
 fn pass_on<M: RawMutex>(
     shared: &Shared<M>,
-    sessions: &Sessions,
+    sessions: &mut Sessions,
     frame: &Received<'_>,
     sender: Sender,
 ) -> Result<(), Refused> {
@@ -145,6 +145,11 @@ fn pass_on<M: RawMutex>(
                 && !sessions.knows(request.session) =>
         {
             return Err(Refused::HelloFirst(request.session));
+        }
+        Sender::Anybody
+            if request.command.needs_lease() && !sessions.in_turn(request.session, request.id) =>
+        {
+            return Err(Refused::Again);
         }
         Sender::Anybody => {}
     }

@@ -15,8 +15,8 @@ use std::time::Duration;
 
 use futures_lite::future;
 use shared_proto::{
-    Answer, Channel, Command, Decoder, Encoder, Event, Hello, Identity, MotionId, Nonce, Refusal,
-    Reply, Request, Status, Telemetry,
+    Answer, Channel, Command, Config, Decoder, Encoder, Event, Hello, Identity, MotionId, Nonce,
+    Refusal, Reply, Request, Status, Telemetry,
 };
 
 use crate::cancel::Cancel;
@@ -66,6 +66,8 @@ pub struct Session {
     listening: Listening,
     events: VecDeque<Event>,
     statistics: HostStatistics,
+    /// The configuration that this session wrote last.
+    written: Option<Config>,
 }
 
 impl Session {
@@ -93,7 +95,13 @@ impl Session {
             listening: Listening::No,
             events: VecDeque::new(),
             statistics: HostStatistics::default(),
+            written: None,
         }
+    }
+
+    /// Its number.
+    pub fn number(&self) -> u32 {
+        self.number
     }
 
     /// Never more messages wait to be taken.

@@ -8,7 +8,7 @@
 //!
 //! | file | what it is |
 //! | --- | --- |
-//! | `network.rs` | the line or the server, and the weather on it |
+//! | `network.rs`, `socket.rs` | the line or the server, and the weather on it |
 //! | `host.rs` | hosts, with the real session procedures |
 //! | `judge.rs` | the invariants |
 //! | `storm.rs` | what happens to hosts, server and robot |
@@ -18,6 +18,7 @@
 mod host;
 mod judge;
 mod network;
+mod socket;
 mod storm;
 
 use std::cell::{Cell, RefCell};

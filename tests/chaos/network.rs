@@ -5,7 +5,7 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{self, ErrorKind};
 use std::rc::Rc;
 use std::task::Waker;
 use std::time::Duration;
@@ -18,6 +18,7 @@ use sim_target::{HostWire, now_us};
 
 use super::Plant;
 use super::judge::Judge;
+use super::socket::{SOCKET, Socket};
 
 /// What the network does to frames.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,51 +43,6 @@ impl Weather {
             delay_us: rng.random_range(1_000..1_500_000),
             base_us: rng.random_range(0..8_000),
         }
-    }
-}
-
-/// What the operating systems hold for a connection each way \[bytes\].
-const SOCKET: usize = 64 * 1024;
-
-/// The server's end of a connection.
-#[derive(Clone, Default)]
-pub struct Socket(Rc<RefCell<Buffers>>);
-
-#[derive(Default)]
-struct Buffers {
-    in_: VecDeque<u8>,
-    out: VecDeque<u8>,
-    ended: bool,
-    /// A planted fault: it takes everything and passes nothing on.
-    hoards: bool,
-}
-
-impl Read for Socket {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let Buffers { in_, ended, .. } = &mut *self.0.borrow_mut();
-        if in_.is_empty() {
-            return if *ended { Ok(0) } else { Err(ErrorKind::WouldBlock.into()) };
-        }
-        in_.read(buffer)
-    }
-}
-
-impl Write for Socket {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let Buffers { out, ended, hoards, .. } = &mut *self.0.borrow_mut();
-        match SOCKET.saturating_sub(out.len()) {
-            _ if *ended => Err(ErrorKind::BrokenPipe.into()),
-            0 if !*hoards => Err(ErrorKind::WouldBlock.into()),
-            room => {
-                let len = if *hoards { bytes.len() } else { bytes.len().min(room) };
-                out.extend(&bytes[..len]);
-                Ok(len)
-            }
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
     }
 }
 

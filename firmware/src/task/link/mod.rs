@@ -124,6 +124,10 @@ fn open<M: RawMutex>(
     Ok(())
 }
 
+fn is_stop(command: &Command) -> bool {
+    matches!(command, Command::EmergencyStop | Command::Stop | Command::Disarm)
+}
+
 /// Hands a request to the supervisor.
 #[inline(never)]
 fn pass_on<M: RawMutex>(
@@ -146,8 +150,11 @@ fn pass_on<M: RawMutex>(
         {
             return Err(Refused::HelloFirst(request.session));
         }
+        // A stop is obeyed whenever it comes.
         Sender::Anybody
-            if request.command.needs_lease() && !sessions.in_turn(request.session, request.id) =>
+            if (request.command.needs_lease() || is_stop(&request.command))
+                && !sessions.in_turn(request.session, request.id)
+                && request.command.needs_lease() =>
         {
             return Err(Refused::Again);
         }

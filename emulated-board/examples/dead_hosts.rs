@@ -14,7 +14,7 @@ const USE: &str = "use: cargo xtask bench dead-hosts [--seed S] [--cases N]";
 const EACH: u32 = 20;
 
 fn main() -> ExitCode {
-    let (mut seed, mut cases) = (1, 1000);
+    let (mut seed, mut cases) = (1_u64, 1000);
     let mut args = std::env::args().skip(1);
     while let Some(option) = args.next() {
         let number = args.next().and_then(|text| text.parse().ok());

@@ -80,10 +80,12 @@ pub struct Outcome {
     pub fingerprint: u64,
 }
 
+type Life = Pin<Box<dyn Future<Output = ()>>>;
+
 /// Everything that takes part in a session, polled together.
 struct Crew {
-    actors: Vec<(Pin<Box<dyn Future<Output = ()>>>, Rc<Fate>)>,
-    others: Vec<Pin<Box<dyn Future<Output = ()>>>>,
+    actors: Vec<(Life, Rc<Fate>)>,
+    others: Vec<Life>,
 }
 
 impl Crew {
@@ -203,7 +205,7 @@ impl World {
     }
 
     /// Passes on frames, for ever.
-    fn network(&self) -> Pin<Box<dyn Future<Output = ()>>> {
+    fn network(&self) -> Life {
         let network = self.laboratory.network.clone();
         Box::pin(async move {
             loop {
@@ -213,7 +215,7 @@ impl World {
         })
     }
 
-    fn observer(&self) -> Pin<Box<dyn Future<Output = ()>>> {
+    fn observer(&self) -> Life {
         let judge = self.laboratory.judge.clone();
         Box::pin(async move {
             loop {

@@ -19,6 +19,7 @@ use std::time::{Duration, Instant};
 use crate::address::Address;
 use crate::error::{Error, Result};
 
+pub use self::client::ClientEvent;
 pub use self::hub::Hub;
 
 /// Where a robot listens for a host.
@@ -53,21 +54,6 @@ impl Listen {
             },
         }
     }
-}
-
-/// What has become of the clients.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ClientEvent {
-    /// A client has said hello.
-    Connected,
-    /// A client that had said hello went away.
-    Disconnected,
-    /// A program that does not speak the protocol was cut off.
-    Stranger,
-    /// A client that did not read was cut off.
-    NotReading,
-    /// A client that did not show the robot's key was cut off.
-    NoKey,
 }
 
 /// The robot's end of a line. No method blocks.

@@ -16,8 +16,8 @@ use rand_chacha::ChaCha8Rng;
 use shared_proto::{Command, Decoder, Drive, Encoder, Request};
 use sim_target::{HostWire, now_us};
 
-use super::Plant;
 use super::judge::Judge;
+use super::plant::Plant;
 use super::socket::{SOCKET, Socket};
 
 /// What the network does to frames.

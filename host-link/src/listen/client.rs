@@ -6,7 +6,20 @@ use std::time::Duration;
 
 use shared_proto::{Channel, Decoder, Encoder, Frame, LengthBound, Received, Reply};
 
-use super::ClientEvent;
+/// What has become of the clients.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClientEvent {
+    /// A client has said hello.
+    Connected,
+    /// A client that had said hello went away.
+    Disconnected,
+    /// A program that does not speak the protocol was cut off.
+    Stranger,
+    /// A client that did not read was cut off.
+    NotReading,
+    /// A client that did not show the robot's key was cut off.
+    NoKey,
+}
 
 /// The first byte of a hello's frame: COBS for a zero at once.
 const HELLO_FIRST: u8 = 1;

@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use shared_proto::Encoder;
 
-use super::ClientEvent;
-use super::client::{Client, HELD_MAX, UNREAD_MAX};
+use super::client::{Client, ClientEvent, HELD_MAX, UNREAD_MAX};
 use super::from_robot::FromRobot;
 
 /// So many clients at once, those that have not said hello yet included.

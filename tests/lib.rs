@@ -3,6 +3,7 @@
 
 pub mod blind;
 pub mod calibration;
+pub mod chaos;
 pub mod drivetrain;
 pub mod parallel;
 pub mod robot;

@@ -2,6 +2,7 @@
 //!
 //! A device or a pipe is written in place: it stays a device or a pipe.
 
+use std::cell::Cell;
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -125,9 +126,24 @@ pub fn target(file: &Path) -> PathBuf {
 /// A temporary file beside `file` with these bytes, synced to the disk before it is renamed.
 fn with_bytes(file: &Path, bytes: &[u8], mode: u32) -> io::Result<NamedTempFile> {
     let mut beside = beside(file, mode)?;
+    let room = DISK_ROOM.get();
+    if bytes.len() > room {
+        beside.write_all(&bytes[..room])?;
+        return Err(ErrorKind::StorageFull.into());
+    }
+    DISK_ROOM.set(room - bytes.len());
     beside.write_all(bytes)?;
     beside.as_file().sync_all()?;
     Ok(beside)
+}
+
+thread_local! {
+    static DISK_ROOM: Cell<usize> = const { Cell::new(usize::MAX) };
+}
+
+/// For tests: this thread finds the disk full after so many bytes.
+pub fn set_disk_room(bytes: usize) {
+    DISK_ROOM.set(bytes);
 }
 
 /// Permissions of a file: as any other, and for its owner alone.

@@ -29,6 +29,7 @@ mod by_function;
 mod chip;
 mod control_ticks;
 mod cost;
+pub mod dead_host;
 mod emulation;
 mod flash_array;
 mod lines;

@@ -10,18 +10,17 @@
 
 mod client;
 mod from_robot;
+mod hub;
 
-use std::net::{SocketAddr, TcpListener};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::str::FromStr;
-use std::time::Duration;
-
-use shared_proto::Encoder;
+use std::time::{Duration, Instant};
 
 use crate::address::Address;
 use crate::error::{Error, Result};
 
-use self::client::Client;
-use self::from_robot::FromRobot;
+pub use self::client::ClientEvent;
+pub use self::hub::Hub;
 
 /// Where a robot listens for a host.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,21 +56,6 @@ impl Listen {
     }
 }
 
-/// What has become of the clients.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ClientEvent {
-    /// A client has said hello.
-    Connected,
-    /// A client that had said hello went away.
-    Disconnected,
-    /// A program that does not speak the protocol was cut off.
-    Stranger,
-    /// A client that did not read was cut off.
-    NotReading,
-    /// A client that did not show the robot's key was cut off.
-    NoKey,
-}
-
 /// The robot's end of a line. No method blocks.
 pub struct Line {
     address: String,
@@ -81,11 +65,8 @@ pub struct Line {
 enum End {
     Tcp {
         listener: TcpListener,
-        clients: Vec<Client>,
-        /// What the robot says, in frames.
-        from_robot: Box<FromRobot>,
-        /// Counts the frames of all clients together, as those of one.
-        encoder: Encoder,
+        hub: Box<Hub<TcpStream>>,
+        began: Instant,
     },
     #[cfg(unix)]
     Pty {
@@ -93,36 +74,6 @@ enum End {
         // Held open, so that the terminal stays when a client leaves.
         _slave: serialport::TTYPort,
     },
-}
-
-/// So many clients at once, those that have not said hello yet included.
-const CLIENTS_MAX: usize = 16;
-
-/// Nobody is kept out by those who only connect: the one that has been here longest without being let in goes.
-fn make_room(clients: &mut Vec<Client>, tell: &mut dyn FnMut(ClientEvent)) {
-    if clients.len() < CLIENTS_MAX {
-        return;
-    }
-    // In the order in which they came. If all were let in, the newest goes.
-    let stranger = clients.iter().position(|client| !client.is_let_in());
-    let gone = clients.remove(stranger.unwrap_or(clients.len() - 1));
-    tell(gone.leaving_event());
-}
-
-/// The robot's answers are told apart by their sessions, so nobody gets another client's.
-fn keep_sessions_apart(clients: &mut Vec<Client>, tell: &mut dyn FnMut(ClientEvent)) {
-    let sessions: Vec<_> = clients.iter().map(Client::session).collect();
-    let mut number = 0;
-    clients.retain(|client| {
-        // Who is let in has it; of others, the first.
-        let rivals = sessions.iter().take(number).any(|other| *other == client.session());
-        number += 1;
-        let stays = client.session().is_none() || client.is_let_in() || !rivals;
-        if !stays {
-            tell(ClientEvent::Stranger);
-        }
-        stays
-    });
 }
 
 impl Line {
@@ -136,12 +87,7 @@ impl Line {
                 let bound = listener.local_addr().map_err(failed)?;
                 Ok(Self {
                     address: format!("tcp:{bound}"),
-                    end: End::Tcp {
-                        listener,
-                        clients: Vec::new(),
-                        from_robot: Box::default(),
-                        encoder: Encoder::new(),
-                    },
+                    end: End::Tcp { listener, hub: Box::default(), began: Instant::now() },
                 })
             }
             #[cfg(unix)]
@@ -171,26 +117,14 @@ impl Line {
         tell: &mut dyn FnMut(ClientEvent),
     ) {
         match &mut self.end {
-            End::Tcp { listener, clients, from_robot, encoder } => {
+            End::Tcp { listener, hub, began } => {
                 while let Ok((stream, _)) = listener.accept() {
-                    make_room(clients, tell);
-                    clients.extend(Client::new(stream));
-                }
-                clients.retain_mut(|client| client.receive(from_robot.has_key(), tell));
-                keep_sessions_apart(clients, tell);
-                // One frame of each in turn: nobody's stop waits for anybody's queue.
-                while room() {
-                    let mut any = false;
-                    for client in &mut *clients {
-                        if let Some(frame) = client.next_frame(from_robot.has_key(), encoder) {
-                            to_robot(&frame);
-                            any = true;
-                        }
-                    }
-                    if !any {
-                        break;
+                    // Unless it is gone already.
+                    if stream.set_nonblocking(true).and(stream.set_nodelay(true)).is_ok() {
+                        hub.join(stream, began.elapsed(), tell);
                     }
                 }
+                hub.pass_on(began.elapsed(), room, to_robot, tell);
             }
             #[cfg(unix)]
             End::Pty { master, .. } => {
@@ -211,16 +145,7 @@ impl Line {
     /// are lost, as on a cable.
     pub fn write(&mut self, bytes: &[u8], tell: &mut dyn FnMut(ClientEvent)) {
         match &mut self.end {
-            End::Tcp { clients, from_robot, .. } => {
-                let had_key = from_robot.has_key();
-                from_robot.push(bytes, &mut |bytes, frame| {
-                    clients.iter_mut().for_each(|client| client.hear(bytes, frame));
-                });
-                if from_robot.has_key() && !had_key {
-                    clients.iter_mut().for_each(Client::shut_out);
-                }
-                clients.retain_mut(|client| client.send(tell));
-            }
+            End::Tcp { hub, began, .. } => hub.write(bytes, began.elapsed(), tell),
             #[cfg(unix)]
             End::Pty { master, .. } => {
                 use std::io::Write;
@@ -234,9 +159,8 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use std::io::{Read, Write};
-    use std::net::TcpStream;
 
-    use shared_proto::{Command, Hello, Request};
+    use shared_proto::{Command, Encoder, Hello, Request};
 
     use super::*;
 

@@ -15,8 +15,8 @@ use std::time::Duration;
 
 use futures_lite::future;
 use shared_proto::{
-    Answer, Channel, Command, Decoder, Encoder, Event, Hello, Identity, MotionId, Nonce, Refusal,
-    Reply, Request, Status, Telemetry,
+    Answer, Channel, Command, Config, Decoder, Encoder, Event, Hello, Identity, MotionId, Nonce,
+    Refusal, Reply, Request, Status, Telemetry,
 };
 
 use crate::cancel::Cancel;
@@ -25,7 +25,7 @@ use crate::error::{Error, Result, name_of};
 use crate::robot_clock::RobotClock;
 pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
-use crate::validate::keep_latest;
+use crate::validate::{KEPT_MAX, keep_latest};
 use crate::wire::Wire;
 
 use self::sealing::Sealing;
@@ -66,6 +66,8 @@ pub struct Session {
     listening: Listening,
     events: VecDeque<Event>,
     statistics: HostStatistics,
+    /// The configuration that this session wrote last.
+    written: Option<Config>,
 }
 
 impl Session {
@@ -93,7 +95,21 @@ impl Session {
             listening: Listening::No,
             events: VecDeque::new(),
             statistics: HostStatistics::default(),
+            written: None,
         }
+    }
+
+    /// Its number.
+    pub fn number(&self) -> u32 {
+        self.number
+    }
+
+    /// Never more messages wait to be taken.
+    pub const WAITING_MAX: usize = 2 * KEPT_MAX + Stream::WAITING_MAX;
+
+    /// How many messages were received and not taken yet.
+    pub fn waiting(&self) -> usize {
+        self.replies.len() + self.events.len() + self.telemetry.waiting()
     }
 
     /// The clock of this session.

@@ -44,6 +44,14 @@ struct GapRequest {
 }
 
 impl Stream {
+    /// Never more frames wait: those that are in order, and those behind a gap that the robot can still fill.
+    pub const WAITING_MAX: usize = READY_MAX + Telemetry::KEPT as usize + 1;
+
+    /// How many frames were received and not taken yet.
+    pub fn waiting(&self) -> usize {
+        self.ready.len() + self.waiting.len()
+    }
+
     /// Begins a new subscription, whose numbers are not those of the last one.
     pub fn restart(&mut self) {
         // Frames of an old subscription do not count as lost.

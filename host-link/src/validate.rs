@@ -7,7 +7,7 @@ use shared_proto::Config;
 use crate::error::{Error, Result};
 
 /// A robot answers one request at a time, and its events are few: more than this is no robot's.
-const KEPT_MAX: usize = 1024;
+pub const KEPT_MAX: usize = 1024;
 
 /// Adds to what was received and not taken yet; beyond [`KEPT_MAX`] the oldest goes.
 pub(crate) fn keep_latest<T>(queue: &mut VecDeque<T>, received: T) {

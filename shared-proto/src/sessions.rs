@@ -82,6 +82,8 @@ pub struct Sessions {
 #[derive(Clone, Copy)]
 struct Session {
     number: u32,
+    /// The id of the latest request that changed something.
+    latest: u32,
     /// With a key.
     sealed: Option<Sealed>,
 }
@@ -118,6 +120,16 @@ impl Sessions {
         self.known.iter().flatten().any(|session| session.number == number)
     }
 
+    /// Whether a request that changes something comes in its turn: a line may hold back a copy of an earlier one, whose host
+    /// has gone on meanwhile. A host numbers its requests, and repeats one under its number.
+    pub fn in_turn(&mut self, number: u32, id: u32) -> bool {
+        let mut known = self.known.iter_mut().flatten();
+        let Some(session) = known.find(|session| session.number == number) else { return true };
+        let in_turn = id >= session.latest;
+        session.latest = session.latest.max(id);
+        in_turn
+    }
+
     /// Forgets all sessions if another key is in use than before.
     fn follow(&mut self, access: &Access) {
         if access.boot() != self.boot {
@@ -138,7 +150,7 @@ impl Sessions {
                 if !host.agrees_with(&robot) {
                     self.forget(host.session);
                 } else if !self.knows(host.session) {
-                    self.insert(Session { number: host.session, sealed: None }, driver);
+                    self.insert(Session { number: host.session, latest: 0, sealed: None }, driver);
                 }
                 Some(Greeting::Hello(robot, None))
             }
@@ -174,7 +186,7 @@ impl Sessions {
                 self.answered = self.answered.wrapping_add(1);
                 self.forget(number);
                 let sealed = Some(Sealed { key: session_key, counter: 0 });
-                self.insert(Session { number, sealed }, driver);
+                self.insert(Session { number, latest: 0, sealed }, driver);
                 session_key
             }
         };

@@ -136,6 +136,11 @@ impl Lab {
         self.world.borrow_mut().restart_asked = true;
     }
 
+    /// Takes the power away at this very moment, and gives it back: in the middle of a write to the flash, too.
+    pub fn cut_power(&self) {
+        self.world.borrow_mut().power_cut = true;
+    }
+
     /// Makes every write to the flash fail, or ends that.
     pub fn write_protect_flash(&self, on: bool) {
         self.flash.set_write_protected(on);

@@ -13,6 +13,7 @@ use std::task::{Wake, Waker};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::hal::{BoardInfo, WaitPin};
 use firmware::shared::Shared;
+use firmware::store::FlashStore;
 use firmware::task;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -24,6 +25,7 @@ use crate::flash::Flash;
 use crate::guard::{Guard, GuardedTask};
 use crate::hardware::{Hardware, VirtualControlTimer};
 use crate::lab::Lab;
+use crate::nor::Nor;
 use crate::pin::Pin;
 use crate::robot_task::{RobotTask, StoppedTasks};
 use crate::scenario::Scenario;
@@ -32,7 +34,7 @@ use crate::wire::{HostWire, Wire};
 use crate::world::World;
 
 /// A simulated robot's flash, which no scenario describes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct Options {
     /// A file for the flash's content; without one, nothing survives the simulation.
     pub flash: Option<PathBuf>,
@@ -42,6 +44,8 @@ pub struct Options {
     pub key: Option<Key>,
     /// No host may set or clear the key.
     pub key_locked: bool,
+    /// The board's own store, on this flash, in place of one that writes all at once: nothing of the above then.
+    pub nor: Option<Nor>,
     /// Seeds the robot's source of random numbers; without one, the robot has none.
     pub random: Option<[u8; 32]>,
 }
@@ -52,6 +56,7 @@ pub struct SimTarget {
     executor: Option<Executor>,
     board: BoardInfo,
     random: Option<ChaCha8Rng>,
+    nor: Option<Nor>,
     lab: Lab,
     to_robot: Wire,
     to_host: Wire,
@@ -89,7 +94,8 @@ impl SimTarget {
         };
         let random = options.random.map(ChaCha8Rng::from_seed);
         let lab = Lab { world, flash, stopped: StoppedTasks::default() };
-        let mut target = Self { executor: None, board, random, lab, to_robot, to_host };
+        let nor = options.nor;
+        let mut target = Self { executor: None, board, random, nor, lab, to_robot, to_host };
         target.boot();
         Ok(target)
     }
@@ -138,10 +144,15 @@ impl SimTarget {
         executor.spawn(RobotTask::DriverFault, async move {
             task::safety_inputs::driver_fault(&s, fault).await
         });
-        let (s, store, board) = (shared.clone(), self.lab.flash.clone(), self.board.clone());
-        executor.spawn(RobotTask::Supervisor, async move {
-            task::supervisor::run(&s, store, board).await
-        });
+        let (s, flash, board) = (shared.clone(), self.lab.flash.clone(), self.board.clone());
+        match self.nor.clone() {
+            None => executor.spawn(RobotTask::Supervisor, async move {
+                task::supervisor::run(&s, flash, board).await
+            }),
+            Some(nor) => executor.spawn(RobotTask::Supervisor, async move {
+                task::supervisor::run(&s, FlashStore::new(nor), board).await
+            }),
+        }
         let (s, world) = (shared.clone(), self.lab.world.clone());
         executor.spawn(RobotTask::Heartbeat, async move {
             task::heartbeat::run(&s, || world.borrow_mut().check_in(GuardedTask::Others)).await
@@ -153,12 +164,15 @@ impl SimTarget {
         self.lab.flash.has_key()
     }
 
-    /// The watchdog's restart: the tasks end and begin again. The plant rolls on.
-    fn restart(&mut self) {
+    /// A restart by the watchdog, or after a power cut: the tasks end and begin again. The plant rolls on.
+    fn restart(&mut self, cause: ResetCause) {
         self.end_tasks();
+        if let Some(nor) = &self.nor {
+            nor.tear();
+        }
         self.lab.stopped.clear();
         self.lab.world.borrow_mut().restart = false;
-        self.board.reset_cause = ResetCause::Watchdog;
+        self.board.reset_cause = cause;
         self.boot();
     }
 
@@ -223,6 +237,12 @@ impl SimTarget {
     /// Advances the clock to the next event or alarm, at most to `limit_us`; true if the robot restarted.
     fn advance(&mut self, limit_us: u64) -> bool {
         let mut world = self.lab.world.borrow_mut();
+        if core::mem::take(&mut world.power_cut) {
+            world.plant_now().set_enabled(false);
+            drop(world);
+            self.restart(ResetCause::PowerOn);
+            return true;
+        }
         let next =
             world.next_event_us().min(clock::next_alarm_us().unwrap_or(u64::MAX)).min(limit_us);
         let next = next.max(clock::now_us()) + core::mem::take(&mut world.stall_us);
@@ -231,7 +251,7 @@ impl SimTarget {
         let restart = world.restart;
         drop(world);
         if restart {
-            self.restart();
+            self.restart(ResetCause::Watchdog);
         }
         restart
     }

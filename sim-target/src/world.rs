@@ -32,6 +32,8 @@ pub(crate) struct World {
     pub(crate) restart: bool,
     /// A test wants that.
     pub(crate) restart_asked: bool,
+    /// The power has gone for a moment.
+    pub(crate) power_cut: bool,
 }
 
 /// A fault that begins or ends at a known time.
@@ -83,6 +85,7 @@ impl World {
             guard: None,
             restart: false,
             restart_asked: false,
+            power_cut: false,
         }
     }
 

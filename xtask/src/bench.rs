@@ -30,7 +30,7 @@ pub fn crash() -> Outcome {
 /// The benches there are, after a message.
 pub fn listing(message: &str) -> String {
     let mut names = names();
-    names.extend(["firmware", "faults", "crash", "all"].map(String::from));
+    names.extend(["firmware", "faults", "dead-hosts", "crash", "all"].map(String::from));
     format!("{message}\n       benches: {}", names.join(", "))
 }
 

@@ -18,6 +18,12 @@ pub fn bench_faults(args: &[&str]) -> Outcome {
     with_image(&[&line, args].concat())
 }
 
+/// Hosts that die while the robot drives: `cargo xtask bench dead-hosts`.
+pub fn bench_dead_hosts(args: &[&str]) -> Outcome {
+    let line = ["--release", "--example", "dead_hosts", "--"];
+    with_image(&[&line, args].concat())
+}
+
 /// Puts the emulated board behind a TCP port, in real time.
 pub fn serve(args: &[&str]) -> Outcome {
     with_image(&[&["--bin", "emulate", "--"], args].concat())

@@ -11,9 +11,14 @@ cargo xtask <chore>
   bench faults [--seed S] [--cases N] [--case I] [--threads T]
                      random faults at random instants on the emulated board: are the motors off
                      in time, and is each fault named correctly?
+  bench dead-hosts [--seed S] [--cases N]
+                     hosts that die while the emulated board drives, with up to 16 MB of theirs held back: does
+                     the controlled stop begin in time?
   fuzz [TARGET] [--seconds S] [--minimise]
                      searches, guided by coverage, for inputs that break this fuzz target, or any of them;
                      `--minimise` then keeps the fewest that reach the same code, in fuzz/corpus
+  bench chaos [--seed S] [--sessions N]
+                     sessions of simulated robots in which everything fails: do the invariants hold?
   bench crash        kills each writing command at every system call that changes the file system
                      (Linux on x86-64): is each file old or new, and does the command complete then?
   peers              exchanges bags, trajectories and parameters with the Python packages rosbags, mcap, evo and PyYAML,

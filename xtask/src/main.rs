@@ -47,6 +47,7 @@ fn main() -> ExitCode {
         ["emulate", ref args @ ..] => emulated::serve(args),
         ["bench", "firmware"] => emulated::bench(),
         ["bench", "faults", ref args @ ..] => emulated::bench_faults(args),
+        ["bench", "dead-hosts", ref args @ ..] => emulated::bench_dead_hosts(args),
         ["bench", "crash"] => bench::crash(),
         ["bench", name, ref args @ ..] => bench::run(name, args),
         ["bench"] => Err(bench::listing("which one?")),

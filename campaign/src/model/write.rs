@@ -42,8 +42,7 @@ impl ModelFile {
 
     /// The text of the file.
     pub fn to_text(&self, robot: &str) -> String {
-        // The name stands in a comment, which must stay one line.
-        let robot: String = robot.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+        let robot = one_line(robot);
         let mut text = format!(
             "# The model of {robot}: effects that the nominal robot lacks. Written by beeline; change this file\n\
              # with `beeline model add`, `remove` and `fit`, or by hand.\n"
@@ -54,9 +53,9 @@ impl ModelFile {
             let _ = write!(
                 text,
                 "\n[[effect]]  # {}\nid = {}\n# {}\n",
-                facts.name,
+                one_line(facts.name),
                 quoted(facts.id),
-                facts.equation
+                one_line(facts.equation)
             );
             if entry.in_use {
                 text.push_str(IN_USE);
@@ -82,7 +81,7 @@ impl ModelFile {
             let _ = write!(
                 text,
                 "\n[[custom]]  # an effect of your own: {}\nid = {}\ntarget = {}\nper = {}\nexpression = {}\n",
-                declared.equation().replace(|c: char| c.is_control(), " "),
+                one_line(&declared.equation()),
                 quoted(&declared.id),
                 quoted(declared.target.name()),
                 quoted(declared.per.name()),
@@ -101,6 +100,11 @@ impl ModelFile {
         }
         text
     }
+}
+
+/// What stands in a comment must stay one line, whatever a user's own effect is called.
+fn one_line(text: &str) -> String {
+    text.replace(|c: char| c.is_control(), " ")
 }
 
 /// A TOML string.

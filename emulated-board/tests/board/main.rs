@@ -2,6 +2,7 @@
 
 mod attack;
 mod chip;
+mod dead_host;
 mod drivers;
 mod faults;
 mod hang;

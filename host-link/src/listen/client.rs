@@ -2,12 +2,24 @@
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use shared_proto::{Channel, Decoder, Encoder, Frame, LengthBound, Received, Reply};
 
-use super::ClientEvent;
+/// What has become of the clients.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClientEvent {
+    /// A client has said hello.
+    Connected,
+    /// A client that had said hello went away.
+    Disconnected,
+    /// A program that does not speak the protocol was cut off.
+    Stranger,
+    /// A client that did not read was cut off.
+    NotReading,
+    /// A client that did not show the robot's key was cut off.
+    NoKey,
+}
 
 /// The first byte of a hello's frame: COBS for a zero at once.
 const HELLO_FIRST: u8 = 1;
@@ -16,18 +28,18 @@ const HELLO_FIRST: u8 = 1;
 const GREETING_MAX: Duration = Duration::from_secs(2);
 
 /// A client may leave this much of what the robot says unread \[bytes\]: two seconds of the quickest line.
-const UNREAD_MAX: usize = 256 * 1024;
+pub(super) const UNREAD_MAX: usize = 256 * 1024;
 
 /// So many bytes of a client are held until the line takes them: a few of the longest frames.
-const HELD_MAX: usize = 1024;
+pub(super) const HELD_MAX: usize = 1024;
 
 /// No stop is longer \[bytes\].
 const SHORT: usize = 24;
 
-/// A client.
-pub(super) struct Client {
-    stream: TcpStream,
-    since: Instant,
+/// A client behind a stream that does not block. Times are those of the server, since it began.
+pub(super) struct Client<S> {
+    stream: S,
+    since: Duration,
     /// Since its hello.
     session: Option<u32>,
     /// The robot has let its session in.
@@ -43,14 +55,12 @@ pub(super) struct Client {
     ended: bool,
 }
 
-impl Client {
-    /// A client that has connected, unless it is gone already.
-    pub fn new(stream: TcpStream) -> Option<Self> {
-        stream.set_nonblocking(true).ok()?;
-        stream.set_nodelay(true).ok()?;
-        Some(Self {
+impl<S: Read + Write> Client<S> {
+    /// A client that has connected.
+    pub fn new(stream: S, now: Duration) -> Self {
+        Self {
             stream,
-            since: Instant::now(),
+            since: now,
             session: None,
             let_in: false,
             opening: false,
@@ -58,7 +68,12 @@ impl Client {
             held: VecDeque::new(),
             unsent: VecDeque::new(),
             ended: false,
-        })
+        }
+    }
+
+    /// What is held of it and for it \[bytes\].
+    pub fn waiting(&self) -> usize {
+        self.held.len() + self.unsent.len()
     }
 
     /// Its session, once it has said hello.
@@ -81,7 +96,13 @@ impl Client {
     }
 
     /// Takes from the network what there is room for; false if the client is to be forgotten.
-    pub fn receive(&mut self, robot_has_key: bool, tell: &mut dyn FnMut(ClientEvent)) -> bool {
+    pub fn receive(
+        &mut self,
+        now: Duration,
+        robot_has_key: bool,
+        tell: &mut dyn FnMut(ClientEvent),
+    ) -> bool {
+        let here = now.saturating_sub(self.since);
         if !self.ended && self.held.len() < HELD_MAX {
             let mut buffer = [0; HELD_MAX];
             match self.stream.read(&mut buffer[self.held.len()..]) {
@@ -96,7 +117,7 @@ impl Client {
         }
         if self.session.is_none() {
             match self.greeting() {
-                Greeting::None if self.since.elapsed() < GREETING_MAX && !self.ended => {}
+                Greeting::None if here < GREETING_MAX && !self.ended => {}
                 Greeting::Hello(session) => {
                     self.session = Some(session);
                     tell(ClientEvent::Connected);
@@ -113,7 +134,7 @@ impl Client {
             tell(ClientEvent::Disconnected);
             return false;
         }
-        let slow = self.since.elapsed() > GREETING_MAX && robot_has_key && !self.let_in;
+        let slow = here > GREETING_MAX && robot_has_key && !self.let_in;
         if slow {
             tell(ClientEvent::NoKey);
         }
@@ -173,9 +194,9 @@ impl Client {
     }
 
     /// The robot has a key from now on.
-    pub fn shut_out(&mut self) {
+    pub fn shut_out(&mut self, now: Duration) {
         self.let_in = false;
-        self.since = Instant::now();
+        self.since = now;
     }
 
     /// Takes what the robot says, as far as it is for this client.

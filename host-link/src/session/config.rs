@@ -25,17 +25,29 @@ impl Session {
         if self.read_config().await? != *config {
             return Err(Error::ReadBackDiffers);
         }
+        self.written = Some(config.clone());
         Ok(())
     }
 
     /// Makes the configuration in use survive power-off. The robot reads back what it wrote.
+    ///
+    /// What this session has written must still be in use afterwards, and be what is saved: on its way a line may have held
+    /// back what another session wrote before.
     pub async fn save_config(&mut self) -> Result<()> {
         self.request(Command::SaveConfig).await?;
+        if self.written.is_none() {
+            return Ok(());
+        }
+        let in_use = self.read_config().await?;
+        if self.written != Some(in_use) || self.identify().await?.unsaved {
+            return Err(Error::ReadBackDiffers);
+        }
         Ok(())
     }
 
     /// Goes back to an earlier configuration, and returns it.
     pub async fn restore_config(&mut self, origin: ConfigOrigin) -> Result<Config> {
+        self.written = None;
         match self.request(Command::RestoreConfig(origin)).await? {
             Answer::Config(config) => valid_config(config),
             other => Err(wrong_answer("restore the configuration", other)),

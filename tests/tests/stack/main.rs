@@ -7,6 +7,7 @@ mod determinism;
 mod fault_cases;
 mod healthy;
 mod hello;
+mod in_turn;
 mod key;
 mod key_change;
 mod key_noise;

@@ -124,11 +124,15 @@ fn open<M: RawMutex>(
     Ok(())
 }
 
+fn is_stop(command: &Command) -> bool {
+    matches!(command, Command::EmergencyStop | Command::Stop | Command::Disarm)
+}
+
 /// Hands a request to the supervisor.
 #[inline(never)]
 fn pass_on<M: RawMutex>(
     shared: &Shared<M>,
-    sessions: &Sessions,
+    sessions: &mut Sessions,
     frame: &Received<'_>,
     sender: Sender,
 ) -> Result<(), Refused> {
@@ -145,6 +149,14 @@ fn pass_on<M: RawMutex>(
                 && !sessions.knows(request.session) =>
         {
             return Err(Refused::HelloFirst(request.session));
+        }
+        // A stop is obeyed whenever it comes.
+        Sender::Anybody
+            if (request.command.needs_lease() || is_stop(&request.command))
+                && !sessions.in_turn(request.session, request.id)
+                && request.command.needs_lease() =>
+        {
+            return Err(Refused::Again);
         }
         Sender::Anybody => {}
     }

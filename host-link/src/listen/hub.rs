@@ -1,0 +1,112 @@
+//! Several clients on the robot's line, whatever carries their bytes: TCP, or a simulated network.
+
+use std::io::{Read, Write};
+use std::time::Duration;
+
+use shared_proto::Encoder;
+
+use super::client::{Client, ClientEvent, HELD_MAX, UNREAD_MAX};
+use super::from_robot::FromRobot;
+
+/// So many clients at once, those that have not said hello yet included.
+const CLIENTS_MAX: usize = 16;
+
+/// Nobody is kept out by those who only connect: the one that has been here longest without being let in goes.
+fn make_room<S: Read + Write>(clients: &mut Vec<Client<S>>, tell: &mut dyn FnMut(ClientEvent)) {
+    if clients.len() < CLIENTS_MAX {
+        return;
+    }
+    // In the order in which they came. If all were let in, the newest goes.
+    let stranger = clients.iter().position(|client| !client.is_let_in());
+    let gone = clients.remove(stranger.unwrap_or(clients.len() - 1));
+    tell(gone.leaving_event());
+}
+
+/// The robot's answers are told apart by their sessions, so nobody gets another client's.
+fn keep_sessions_apart<S: Read + Write>(
+    clients: &mut Vec<Client<S>>,
+    tell: &mut dyn FnMut(ClientEvent),
+) {
+    let sessions: Vec<_> = clients.iter().map(Client::session).collect();
+    let mut number = 0;
+    clients.retain(|client| {
+        // Who is let in has it; of others, the first.
+        let rivals = sessions.iter().take(number).any(|other| *other == client.session());
+        number += 1;
+        let stays = client.session().is_none() || client.is_let_in() || !rivals;
+        if !stays {
+            tell(ClientEvent::Stranger);
+        }
+        stays
+    });
+}
+
+/// The clients of one robot. Times are those of the server, since it began.
+pub struct Hub<S> {
+    clients: Vec<Client<S>>,
+    /// What the robot says, in frames.
+    from_robot: FromRobot,
+    /// Counts the frames of all clients together, as those of one.
+    encoder: Encoder,
+}
+
+impl<S> Default for Hub<S> {
+    fn default() -> Self {
+        Self { clients: Vec::new(), from_robot: FromRobot::default(), encoder: Encoder::new() }
+    }
+}
+
+impl<S: Read + Write> Hub<S> {
+    /// More is never held of a client and for it \[bytes\]: what one write adds comes on top.
+    pub const WAITING_MAX_EACH: usize = HELD_MAX + UNREAD_MAX;
+
+    /// A client has connected. Its stream must not block.
+    pub fn join(&mut self, stream: S, now: Duration, tell: &mut dyn FnMut(ClientEvent)) {
+        make_room(&mut self.clients, tell);
+        self.clients.push(Client::new(stream, now));
+    }
+
+    /// What is held of a client and for it, of the one with the most \[bytes\].
+    pub fn waiting_most(&self) -> usize {
+        self.clients.iter().map(Client::waiting).max().unwrap_or(0)
+    }
+
+    /// Passes on to the robot what clients have sent, while `room` says that the line takes more bytes.
+    pub fn pass_on(
+        &mut self,
+        now: Duration,
+        room: &dyn Fn() -> bool,
+        to_robot: &mut dyn FnMut(&[u8]),
+        tell: &mut dyn FnMut(ClientEvent),
+    ) {
+        let Self { clients, from_robot, encoder } = self;
+        clients.retain_mut(|client| client.receive(now, from_robot.has_key(), tell));
+        keep_sessions_apart(clients, tell);
+        // One frame of each in turn: nobody's stop waits for anybody's queue.
+        while room() {
+            let mut any = false;
+            for client in &mut *clients {
+                if let Some(frame) = client.next_frame(from_robot.has_key(), encoder) {
+                    to_robot(&frame);
+                    any = true;
+                }
+            }
+            if !any {
+                break;
+            }
+        }
+    }
+
+    /// Sends the robot's bytes to the clients that it has let in, and to others what is for them.
+    pub fn write(&mut self, bytes: &[u8], now: Duration, tell: &mut dyn FnMut(ClientEvent)) {
+        let Self { clients, from_robot, .. } = self;
+        let had_key = from_robot.has_key();
+        from_robot.push(bytes, &mut |bytes, frame| {
+            clients.iter_mut().for_each(|client| client.hear(bytes, frame));
+        });
+        if from_robot.has_key() && !had_key {
+            clients.iter_mut().for_each(|client| client.shut_out(now));
+        }
+        clients.retain_mut(|client| client.send(tell));
+    }
+}

@@ -1,0 +1,285 @@
+//! What must hold whatever happens: one list, and the judge of it.
+//!
+//! The judge sees the plant, what hosts hand to the network, what the robot puts on its line, the bytes of its flash, and the
+//! campaign's files. It asks neither robot nor host.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use firmware::hal::Store;
+use firmware::store::FlashStore;
+use futures_lite::future::block_on;
+use shared_proto::{Channel, Command, Config, Key, Nonce, Received, Request};
+use sim_target::{Lab, Nor, now_us};
+
+/// The speed of every motion \[m/s\].
+pub const CRUISE_MPS: f64 = 0.2;
+
+/// What must hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Invariant {
+    /// A controlled stop begins within 250 ms of the last renewal that a living host sent, and the robot stands after its ramp.
+    MovesOnlyUnderALease,
+    /// The wheels travel no farther than the motions that hosts have commanded, each once.
+    NothingIsObeyedTwice,
+    /// After an emergency stop the motors are off until somebody clears it; from a fresh host under flood within 100 ms.
+    EmergencyStopStops,
+    /// The stored configuration is the old one or the new one; the new one once the robot has said so.
+    StoredConfigIsOldOrNew,
+    /// The same of the key.
+    StoredKeyIsOldOrNew,
+    /// No challenge comes again after a restart.
+    NoChallengeComesAgain,
+    /// Queues of server and host are bounded.
+    QueuesAreBounded,
+    /// A recorded run is there whole and with its facts, or not at all.
+    RunsAreWhole,
+    /// When the storm is over, a holder of the key drives, with a fresh session.
+    TheSessionResumes,
+}
+
+impl Invariant {
+    /// All.
+    pub const ALL: [Self; 9] = [
+        Self::MovesOnlyUnderALease,
+        Self::NothingIsObeyedTwice,
+        Self::EmergencyStopStops,
+        Self::StoredConfigIsOldOrNew,
+        Self::StoredKeyIsOldOrNew,
+        Self::NoChallengeComesAgain,
+        Self::QueuesAreBounded,
+        Self::RunsAreWhole,
+        Self::TheSessionResumes,
+    ];
+}
+
+/// An invariant that did not hold.
+#[derive(Clone, Debug)]
+pub struct Broken {
+    /// Which one.
+    pub invariant: Invariant,
+    /// When, on the virtual clock \[us\].
+    pub t_us: u64,
+    /// What was seen.
+    pub seen: String,
+}
+
+impl fmt::Display for Broken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?} at {:.3} s: {}", self.invariant, self.t_us as f64 * 1e-6, self.seen)
+    }
+}
+
+/// What the wheels may still travel when the motors go off, for each motion, and what else they may in a session \[m\].
+const ROLL_M: f64 = 0.045;
+
+/// A ramp of a controlled stop \[m/s^2\].
+const RAMP_MPS2: f64 = 0.5;
+
+/// What the judge knows.
+pub struct Judge {
+    lab: Lab,
+    nor: Nor,
+    /// What did not hold; of each invariant the first in a session.
+    pub broken: Vec<Broken>,
+    session_broke: BTreeSet<Invariant>,
+    /// When a living host last sent a renewal, or began a motion \[us\].
+    live_us: u64,
+    motions: BTreeSet<u32>,
+    may_travel_m: f64,
+    travelled_m: f64,
+    last_us: u64,
+    /// When the motors went off by an emergency stop \[us\].
+    stopped_us: Option<u64>,
+    pub cleared_us: u64,
+    pub restarted_us: u64,
+    starts: u32,
+    challenges: BTreeMap<Nonce, u32>,
+    /// What may be stored: the last that is known, and what was written since.
+    configs: Vec<Option<Config>>,
+    keys: Vec<Option<Key>>,
+}
+
+impl Judge {
+    pub fn new(lab: Lab, nor: Nor) -> Self {
+        Self {
+            lab,
+            nor,
+            broken: Vec::new(),
+            session_broke: BTreeSet::new(),
+            live_us: 0,
+            motions: BTreeSet::new(),
+            may_travel_m: 0.0,
+            travelled_m: 0.0,
+            last_us: 0,
+            stopped_us: None,
+            cleared_us: 0,
+            restarted_us: 0,
+            starts: 0,
+            challenges: BTreeMap::new(),
+            configs: vec![None],
+            keys: vec![None],
+        }
+    }
+
+    /// A further session begins: the robot stands.
+    pub fn begin(&mut self) {
+        self.session_broke.clear();
+        self.motions.clear();
+        (self.may_travel_m, self.travelled_m) = (0.0, 0.0);
+    }
+
+    pub fn fail(&mut self, invariant: Invariant, seen: String) {
+        if self.session_broke.insert(invariant) {
+            self.broken.push(Broken { invariant, t_us: now_us(), seen });
+        }
+    }
+
+    pub fn bounded(&mut self, what: &str, waiting: usize, bound: usize) {
+        if waiting > bound {
+            self.fail(
+                Invariant::QueuesAreBounded,
+                format!("{waiting} wait at {what}: above {bound}"),
+            );
+        }
+    }
+
+    /// A living host hands this to the network.
+    pub fn host_sends(&mut self, request: &Request) {
+        match &request.command {
+            Command::Renew { .. } => self.live_us = now_us(),
+            Command::Drive(drive) => {
+                self.live_us = now_us();
+                if self.motions.insert(drive.motion.0) {
+                    let distance_m = 0.5 * (drive.distance.left.abs() + drive.distance.right.abs());
+                    self.may_travel_m += distance_m + ROLL_M;
+                }
+            }
+            Command::ClearFault { .. } => {
+                self.cleared_us = now_us();
+                self.stopped_us = None;
+            }
+            Command::WriteConfig(config) => self.configs.push(Some(config.clone())),
+            _ => {}
+        }
+    }
+
+    /// A host is about to set this key, which nobody else can read in its frames.
+    pub fn key_may_be(&mut self, key: Option<Key>) {
+        self.keys.push(key);
+    }
+
+    /// The robot puts this on its line.
+    pub fn robot_says(&mut self, frame: &Received<'_>) {
+        // What was on the line when it restarted is still the old one's.
+        if frame.channel == Channel::Hello
+            && now_us() > self.restarted_us + 20_000
+            && let Some(challenge) = frame.challenge()
+        {
+            let first = *self.challenges.entry(challenge).or_insert(self.starts);
+            if first != self.starts {
+                let seen = format!("a challenge of start {first} at start {}", self.starts);
+                self.fail(Invariant::NoChallengeComesAgain, seen);
+            }
+        }
+    }
+
+    /// The motors are off by an emergency stop that was commanded at this time, if nothing came between.
+    pub fn emergency_stop_done(&mut self, called_us: u64) {
+        if called_us > self.cleared_us + 500_000 && called_us > self.restarted_us {
+            self.stopped_us = Some(now_us());
+        }
+    }
+
+    /// The controller restarts now.
+    pub fn restarts(&mut self) {
+        self.starts += 1;
+        self.restarted_us = now_us();
+        self.stopped_us = None;
+        self.look_into_flash();
+    }
+
+    /// The robot has said that it saved this configuration, and nobody else has written since.
+    pub fn saved(&mut self, config: &Config) {
+        self.configs = vec![Some(config.clone())];
+        self.look_into_flash();
+    }
+
+    /// Only this key is stored now.
+    pub fn key_is(&mut self, key: Option<Key>) {
+        self.keys = vec![key];
+        self.look_into_flash();
+    }
+
+    /// What the flash would hold if the power went now.
+    pub fn look_into_flash(&mut self) {
+        let mut store = FlashStore::new(self.nor.copy());
+        let config = match block_on(store.load()) {
+            Ok(config) => config,
+            Err(error) => {
+                return self.fail(Invariant::StoredConfigIsOldOrNew, format!("{error:?}"));
+            }
+        };
+        if !self.configs.contains(&config) {
+            let names = self.configs.iter().map(name).collect::<Vec<_>>();
+            let seen = format!("{} is stored, and was none of {names:?}", name(&config));
+            self.fail(Invariant::StoredConfigIsOldOrNew, seen);
+        }
+        match block_on(store.link(None)) {
+            Ok(record) if self.keys.contains(&record.key) => {}
+            other => {
+                let seen = format!("{other:?} is stored, and was none of {}", self.keys.len());
+                self.fail(Invariant::StoredKeyIsOldOrNew, seen);
+            }
+        }
+    }
+
+    /// When a session has ended, nobody writes any more: what is stored now is the old one.
+    pub fn settle(&mut self) {
+        self.look_into_flash();
+        let mut store = FlashStore::new(self.nor.copy());
+        self.configs = vec![block_on(store.load()).unwrap_or_default()];
+        self.keys.retain(|key| block_on(store.link(None)).is_ok_and(|record| record.key == *key));
+    }
+
+    /// Every millisecond.
+    pub fn watch(&mut self) {
+        let (speed_mps, powered) = self.lab.plant(|plant| {
+            let radius_m = plant.parameters().geometry.wheel_radius_m;
+            let speed = plant.wheel_speeds_rad_s().zip(radius_m).map(|(w, r)| (w * r).abs());
+            (0.5 * (speed.left + speed.right), plant.currents_a().any(|a| a != 0.0))
+        });
+        let now_us = now_us();
+        self.travelled_m += speed_mps * (now_us - self.last_us) as f64 * 1e-6;
+        self.last_us = now_us;
+        if self.travelled_m > self.may_travel_m + ROLL_M {
+            let seen =
+                format!("{:.3} m travelled, {:.3} allowed", self.travelled_m, self.may_travel_m);
+            self.fail(Invariant::NothingIsObeyedTwice, seen);
+        }
+        // As `begins_to_stop_us` has it: at 0.95 of the cruise it has begun.
+        let late_us = now_us.saturating_sub(self.live_us + 250_000);
+        let limit_mps = (0.95 * CRUISE_MPS - RAMP_MPS2 * late_us as f64 * 1e-6).max(0.015);
+        if late_us > 0 && speed_mps > limit_mps {
+            let seen =
+                format!("{speed_mps:.3} m/s, {} ms after the last renewal", late_us / 1000 + 250);
+            self.fail(Invariant::MovesOnlyUnderALease, seen);
+        }
+        if let Some(stopped_us) = self.stopped_us.filter(|_| powered) {
+            let seen = format!("powered {} us after it", now_us - stopped_us);
+            self.fail(Invariant::EmergencyStopStops, seen);
+        }
+    }
+
+    /// Whether a motor carries current, and whether a wheel turns.
+    pub fn moves(&self) -> (bool, bool) {
+        self.lab.plant(|plant| {
+            let powered = plant.currents_a().any(|a| a != 0.0);
+            (powered, plant.wheel_speeds_rad_s().any(|w| w.abs() > 0.01))
+        })
+    }
+}
+
+fn name(config: &Option<Config>) -> String {
+    config.as_ref().map_or("none".into(), |config| config.name.to_string())
+}

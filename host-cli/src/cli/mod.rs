@@ -274,7 +274,7 @@ pub struct WatchArgs {
 /// `beeline record`
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0\n  beeline record my-robot straight 2m --mcap drive.mcap"
+    after_help = "Examples:\n  beeline record my-robot straight 8rev\n  beeline record my-robot spin 360deg --name spin_left --port /dev/ttyACM0\n  beeline record my-robot straight 2m --mcap straight.mcap"
 )]
 pub struct RecordArgs {
     /// The campaign folder; made if it does not exist.

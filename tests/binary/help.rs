@@ -1,9 +1,11 @@
 //! Is the help of `beeline` true? Its examples, defaults and completions.
 
+use std::path::Path;
+
 use clap::{CommandFactory, Parser};
 use host_cli::cli::Cli;
 
-use crate::temp_folder::{TempFolder, words};
+use crate::temp_folder::{TempFolder, copy, words};
 
 /// Every command with its help, subcommands too.
 fn commands() -> Vec<(String, clap::Command)> {
@@ -48,11 +50,13 @@ fn every_example_in_the_help_is_a_command() {
 #[test]
 fn every_example_that_needs_no_hardware_runs() {
     let temp = TempFolder::new();
-    // Ports, logs with names that only their own robot has, and a page that is served until somebody ends it.
-    let elsewhere = ["/dev/", "tcp:", "--listen", "serve", "sim:", "/tf:", "encoders.csv"];
+    // Ports, logs with names that only their own robot has, a page that is served until somebody ends it, and what a shell
+    // expands.
+    let elsewhere = ["/dev/", "tcp:", "--listen", "serve", "sim:", "/tf:", "encoders.csv", "*"];
     let mystery = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/mystery-robot");
     temp.run_with(&["export", mystery, "--to", "mcap", "-o", "drive.mcap"], "").ok();
     temp.run("tune --record my-motors").ok();
+    copy(Path::new(mystery), &temp.path("robots/one"));
     let here: Vec<_> = examples()
         .into_iter()
         .filter(|example| !elsewhere.iter().any(|port| example.contains(port)))
@@ -96,7 +100,7 @@ fn completions_know_the_commands() {
 
 #[test]
 fn every_scenario_that_an_example_names_is_there() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let examples = examples();
     let words = examples.iter().flat_map(|example| example.split_whitespace());
     let scenarios: Vec<_> = words.filter_map(|word| word.strip_prefix("sim:")).collect();

@@ -80,6 +80,20 @@ impl TempFolder {
     }
 }
 
+/// Copies a folder with all that is in it.
+pub fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let entry = entry.unwrap();
+        let target = to.join(entry.file_name());
+        if entry.file_type().unwrap().is_dir() {
+            copy(&entry.path(), &target);
+        } else {
+            std::fs::copy(entry.path(), target).unwrap();
+        }
+    }
+}
+
 /// The words of a command line; what stands between double quotes is one.
 pub fn words(line: &str) -> Vec<&str> {
     let quoted = |(index, part): (usize, &'_ str)| index % 2 == 1 && !part.is_empty();

@@ -5,7 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::temp_folder::TempFolder;
+use crate::temp_folder::{TempFolder, copy};
 
 /// A page with `console` blocks, and how many commands of `beeline` it has at least.
 const PAGES: [(&str, usize); 3] =
@@ -108,19 +108,6 @@ fn output_of(temp: &TempFolder, command: &str) -> Option<String> {
         // The tests of the example itself cover this.
         ["cargo", "run", "--release", "-p", "beeline-tests", "--example", "mystery", ..] => None,
         _ => panic!("a page has a command that this test does not know: {command}"),
-    }
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let entry = entry.unwrap();
-        let target = to.join(entry.file_name());
-        if entry.file_type().unwrap().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            std::fs::copy(entry.path(), target).unwrap();
-        }
     }
 }
 

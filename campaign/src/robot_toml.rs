@@ -12,8 +12,8 @@ use crate::error::{CampaignError, Place};
 use crate::range;
 use crate::simulated::Simulated;
 
-/// The robot of a campaign, as in `robot.toml`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// The robot of a campaign, as in `robot.toml`. That of `default` has zeros for a geometry, which no reader accepts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotFile {
     /// What its owner calls it.
@@ -99,12 +99,7 @@ impl RobotFile {
             track_width_m: config.geometry.track_width_m,
             counts_per_rev: encoder.counts_per_rev,
             gear_reduction: encoder.gear_reduction,
-            position_sigma_m: None,
-            heading_sigma_rad: None,
-            supply_v: None,
-            uid: None,
-            simulated: None,
-            runs: Vec::new(),
+            ..Self::default()
         }
     }
 

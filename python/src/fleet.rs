@@ -14,12 +14,14 @@ pub fn common_effects(found: Vec<(String, Vec<String>, bool)>) -> Vec<String> {
     effects.iter().map(|effect| effect.facts().id.to_owned()).collect()
 }
 
-/// Judges parameters, each with its values: number of the robot, day, value, standard error. JSON.
+/// Number of the robot, day, value, standard error.
+type Value = (usize, Option<f64>, f64, f64);
+
+/// Judges parameters, each with its values. JSON.
 #[pyfunction]
-pub fn judge(parameters: Vec<Vec<(usize, Option<f64>, f64, f64)>>) -> String {
-    let sound = |(_, _, value, sigma): &(usize, Option<f64>, f64, f64)| {
-        value.is_finite() && sigma.is_finite() && *sigma > 0.0
-    };
+pub fn judge(parameters: Vec<Vec<Value>>) -> String {
+    let sound =
+        |(_, _, value, sigma): &Value| value.is_finite() && sigma.is_finite() && *sigma > 0.0;
     let measured = |(robot, at_days, value, sigma)| Measured { robot, at_days, value, sigma };
     let parameters: Vec<Vec<Measured>> = parameters
         .into_iter()

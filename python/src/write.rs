@@ -32,12 +32,7 @@ impl Robot {
             track_width_m: self.track_width_m,
             counts_per_rev: self.counts_per_rev,
             gear_reduction: self.gear_reduction,
-            position_sigma_m: None,
-            heading_sigma_rad: None,
-            supply_v: None,
-            uid: None,
-            simulated: None,
-            runs: Vec::new(),
+            ..RobotFile::default()
         }
     }
 }

@@ -24,12 +24,7 @@ fn record(temp: &TempFolder, robot: usize, date: usize, ratio: f64, scale: f64) 
         track_width_m: nominal.track_width_m,
         counts_per_rev: 900.0,
         gear_reduction: 1.0,
-        position_sigma_m: None,
-        heading_sigma_rad: None,
-        supply_v: None,
-        uid: None,
-        simulated: None,
-        runs: Vec::new(),
+        ..RobotFile::default()
     };
     let folder = temp.path(&format!("fleet/{}/{}", ROBOTS[robot], DATES[date]));
     let writer = CampaignWriter::open(&folder, &file).unwrap();
@@ -140,4 +135,6 @@ fn a_campaign_that_cannot_be_read_is_left_out_and_said() {
     std::fs::create_dir(temp.path("empty")).unwrap();
     let empty = temp.run_with(&["fleet", "empty"], "").refused();
     assert!(empty.contains("there is no campaign"), "{empty}");
+    let nowhere = temp.run_with(&["fleet", "fleet", "no-fleet"], "").refused();
+    assert!(nowhere.contains("no-fleet: "), "{nowhere}");
 }

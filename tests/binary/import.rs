@@ -352,7 +352,8 @@ fn exported_bags_and_parameters_come_back() {
 fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_replaced() {
     let temp = TempFolder::new();
     let line = ["record", "mine", "arc", "1m", "90deg", "--mcap", "drive.mcap"];
-    temp.run_with(&line, "").ok();
+    let said = temp.run_with(&line, "").ok().stderr;
+    assert!(said.contains("drive.mcap written"), "{said}");
     let listed = temp.run_with(&["import", "drive.mcap"], "").ok().stdout;
     for topic in
         ["--wheels left_wheel_joint,right_wheel_joint", "--pose /measured", "--odometry /odom"]

@@ -14,8 +14,8 @@ use std::path::Path;
 const LINE: usize = 96;
 
 pub(super) fn run(common: &Common, args: &FleetArgs) -> Result<()> {
-    let folders = campaigns(&args.folders).map_err(|error| {
-        Error::new(format_args!("cannot list the campaigns: {error}"))
+    let folders = campaigns(&args.folders).map_err(|(folder, error)| {
+        Error::new(format_args!("cannot read the folder {}: {error}", folder.display()))
             .hint("give campaign folders, or folders that have some in them")
     })?;
     if folders.is_empty() {

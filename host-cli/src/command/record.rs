@@ -109,6 +109,7 @@ fn finish(
         // A simulated run has no date, so that the same seed gives the same bytes.
         let is_simulated = matches!(common.port, Port::Sim(_));
         write_bag(bag, path, rows, config, !is_simulated)?;
+        note(format_args!("{} written", bag.display()));
     }
     say_recorded(common.json, path, rows.len());
     Ok(())

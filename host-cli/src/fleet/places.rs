@@ -21,8 +21,9 @@ pub struct Dated {
     pub by: &'static str,
 }
 
-/// The campaigns in these folders: each is one, or has some in it. By name.
-pub fn campaigns(folders: &[PathBuf]) -> std::io::Result<Vec<PathBuf>> {
+/// The campaigns in these folders: each is one, or has some in it. By name. The error names the folder that cannot be
+/// listed.
+pub fn campaigns(folders: &[PathBuf]) -> Result<Vec<PathBuf>, (PathBuf, std::io::Error)> {
     let mut found = Vec::new();
     for folder in folders {
         search(folder, DEPTH_MAX, &mut found)?;
@@ -32,16 +33,21 @@ pub fn campaigns(folders: &[PathBuf]) -> std::io::Result<Vec<PathBuf>> {
     Ok(found)
 }
 
-fn search(folder: &Path, deeper: usize, found: &mut Vec<PathBuf>) -> std::io::Result<()> {
+fn search(
+    folder: &Path,
+    deeper: usize,
+    found: &mut Vec<PathBuf>,
+) -> Result<(), (PathBuf, std::io::Error)> {
+    let unread = |error| (folder.to_owned(), error);
     if folder.join("robot.toml").exists() {
         found.push(folder.to_owned());
         return Ok(());
     }
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
+    for entry in fs::read_dir(folder).map_err(unread)? {
+        let entry = entry.map_err(unread)?;
         let hidden = entry.file_name().to_string_lossy().starts_with('.');
         // Not through links: they may lead in a circle.
-        if deeper > 0 && !hidden && entry.file_type()?.is_dir() {
+        if deeper > 0 && !hidden && entry.file_type().map_err(unread)?.is_dir() {
             search(&entry.path(), deeper - 1, found)?;
         }
     }

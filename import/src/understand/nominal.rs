@@ -86,12 +86,7 @@ pub(super) fn robot(
         track_width_m,
         counts_per_rev,
         gear_reduction: hints.gear_reduction.unwrap_or(1.0),
-        position_sigma_m: None,
-        heading_sigma_rad: None,
-        supply_v: None,
-        uid: None,
-        simulated: None,
-        runs: Vec::new(),
+        ..RobotFile::default()
     };
     Ok((robot, [hints.wheel_radius_m.is_none(), hints.track_width_m.is_none()]))
 }

@@ -125,10 +125,8 @@ impl Robot {
             gear_reduction: self.body.gear,
             position_sigma_m: knows_its_camera.then_some(self.camera[0]),
             heading_sigma_rad: knows_its_camera.then_some(self.camera[1]),
-            supply_v: None,
-            uid: None,
-            simulated: None,
             runs,
+            ..RobotFile::default()
         }
     }
 

@@ -150,15 +150,15 @@ fn pass_on<M: RawMutex>(
         {
             return Err(Refused::HelloFirst(request.session));
         }
-        // A stop is obeyed whenever it comes.
-        Sender::Anybody
-            if (request.command.needs_lease() || is_stop(&request.command))
-                && !sessions.in_turn(request.session, request.id)
-                && request.command.needs_lease() =>
-        {
-            return Err(Refused::Again);
+        Sender::Anybody => {
+            let changes = request.command.needs_lease();
+            // What was sent before a stop has no turn after it; the stop itself is obeyed whenever it comes.
+            let counts = changes || is_stop(&request.command);
+            let in_turn = !counts || sessions.in_turn(request.session, request.id);
+            if changes && !in_turn {
+                return Err(Refused::Again);
+            }
         }
-        Sender::Anybody => {}
     }
     let now_us = Instant::now().as_micros();
     if request.command == Command::EmergencyStop {

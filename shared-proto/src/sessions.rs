@@ -122,12 +122,12 @@ impl Sessions {
 
     /// Whether a request that changes something comes in its turn: a line may hold back a copy of an earlier one, whose host
     /// has gone on meanwhile. A host numbers its requests, and repeats one under its number.
-    pub fn in_turn(&mut self, number: u32, id: u32) -> bool {
+    pub fn accept_in_order(&mut self, number: u32, id: u32) -> bool {
         let mut known = self.known.iter_mut().flatten();
         let Some(session) = known.find(|session| session.number == number) else { return true };
-        let in_turn = id >= session.latest;
+        let in_order = id >= session.latest;
         session.latest = session.latest.max(id);
-        in_turn
+        in_order
     }
 
     /// Forgets all sessions if another key is in use than before.

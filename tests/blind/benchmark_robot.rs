@@ -6,7 +6,7 @@ use robot_model::effect::{Effect, find};
 use robot_model::explain::model::fit;
 
 use super::case::{Case, Kind};
-use super::hard::{GEOMETRY, Hard, Hardship};
+use super::hard::{Difficulty, GEOMETRY, Hard};
 use super::hidden_effects::REFERENCE;
 use super::plant::{Dose, Plant, Robot, Taken, take};
 use super::robots::{Forces, Kinematic};
@@ -21,13 +21,13 @@ const NEAR: f64 = 0.7;
 /// hidden, where no fit knows that.
 pub type Shown = (Taken, Vec<f64>, Option<Taken>);
 
-/// A case with its robot and its hardship.
+/// A case with its robot and its difficulty.
 pub struct BenchmarkRobot<'a> {
     /// The case.
     pub case: &'a Case,
     robot: Box<dyn Robot + 'a>,
     /// What makes its campaign hard.
-    pub hardship: Hardship,
+    pub difficulty: Difficulty,
 }
 
 impl<'a> BenchmarkRobot<'a> {
@@ -36,16 +36,16 @@ impl<'a> BenchmarkRobot<'a> {
         // Every other user can say how good the camera is.
         let knows_its_camera = ChaCha8Rng::seed_from_u64(case.seed ^ (1 << 32)).random_bool(0.5);
         let unequal = case.effects.iter().all(|effect| effect.id() != "wheel_radius_ratio");
-        let hardship = Hardship::draw(case.hard, case.seed, unequal);
+        let difficulty = Difficulty::draw(case.hard, case.seed, unequal);
         let robot: Box<dyn Robot> = match case.plant {
-            Plant::Forces => Box::new(Forces::new(case, &hardship, knows_its_camera)),
-            Plant::Kinematic => Box::new(Kinematic::new(case, &hardship, knows_its_camera)),
+            Plant::Forces => Box::new(Forces::new(case, &difficulty, knows_its_camera)),
+            Plant::Kinematic => Box::new(Kinematic::new(case, &difficulty, knows_its_camera)),
         };
-        Self { case, robot, hardship }
+        Self { case, robot, difficulty }
     }
 
     fn take(&self, doses: &mut [Dose]) -> Result<Taken, String> {
-        take(self.robot.as_ref(), &self.hardship, doses)
+        take(self.robot.as_ref(), &self.difficulty, doses)
     }
 
     /// The effects of the fit that knows the truth, each once: those of these indices, and with a wrong data sheet its

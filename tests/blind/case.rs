@@ -96,8 +96,8 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     // The first effect is drawn, so that a small benchmark does not always have the same ones.
     let mut turns: [usize; 2] = [rng.random_range(0..1000), rng.random_range(0..1000)];
-    let plants = in_turn(&Plant::BOTH, campaigns, &mut rng);
-    let hards = in_turn(&Hard::TURNS, campaigns, &mut rng);
+    let plants = dealt(&Plant::BOTH, campaigns, &mut rng);
+    let hards = dealt(&Hard::TURNS, campaigns, &mut rng);
     let each = kinds.into_iter().enumerate().map(|(index, kind)| {
         let (plant, mut hard) = (plants[index], hards[index]);
         let turn = &mut turns[usize::from(plant == Plant::Kinematic)];
@@ -121,7 +121,7 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
 }
 
 /// So many of them, each as often as any other, in an order that is drawn.
-fn in_turn<T: Copy>(all: &[T], many: usize, rng: &mut ChaCha8Rng) -> Vec<T> {
+fn dealt<T: Copy>(all: &[T], many: usize, rng: &mut ChaCha8Rng) -> Vec<T> {
     let mut drawn = Vec::new();
     while drawn.len() < many {
         let mut round = all.to_vec();

@@ -68,7 +68,7 @@ pub const GEOMETRY: [&str; 3] = ["wheel_radius_ratio", "wheel_radius_scale", "tr
 
 /// By how much it is hard.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Hardship {
+pub struct Difficulty {
     /// In which way.
     pub hard: Hard,
     /// True mean radius over that of robot.toml, less one.
@@ -82,7 +82,7 @@ pub struct Hardship {
     seed: u64,
 }
 
-impl Hardship {
+impl Difficulty {
     /// Drawn by seed; `ratio`: whether the wheels may be made unequal.
     pub fn draw(hard: Hard, seed: u64, ratio: bool) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x6861_7264);

@@ -7,7 +7,7 @@
 //! seed -> case: which effect, how strong          (known to the verdict alone)
 //!      -> robot: forces, firmware, camera         -> campaign, as `beeline campaign record` drives it
 //!         or kinematics                           -> campaign of files and rows
-//!      -> hardship: data sheet, poses, clock           |-> explain(campaign)        -> answer
+//!      -> difficulty: data sheet, poses, clock           |-> explain(campaign)        -> answer
 //!      truth ------------------------------------------------> compare(truth, answer)  -> verdict
 //! ```
 //!

@@ -4,7 +4,7 @@ use campaign::{Campaign, Row};
 use robot_model::kinematics::WheelPair;
 use robot_model::recording::{GyroSample, PoseMeasurement, Recording, WheelSample};
 
-use super::hard::{Hard, Hardship, WOBBLE};
+use super::hard::{Difficulty, Hard, WOBBLE};
 use super::kinematic::track_distance::{Pose, squares};
 
 /// Where a robot comes from.
@@ -75,7 +75,7 @@ pub trait Robot {
     fn possible(&self, dose: Dose) -> Dose;
 }
 
-/// A campaign with its hardship.
+/// A campaign with its difficulty.
 #[derive(Clone, Debug)]
 pub struct Taken {
     /// The files as their owner has them.
@@ -96,17 +96,21 @@ pub struct Taken {
 ///
 /// # Errors
 /// What went wrong, for a person to read.
-pub fn take(robot: &dyn Robot, hardship: &Hardship, doses: &mut [Dose]) -> Result<Taken, String> {
+pub fn take(
+    robot: &dyn Robot,
+    difficulty: &Difficulty,
+    doses: &mut [Dose],
+) -> Result<Taken, String> {
     let Recorded { mut campaign, mut truth, ideal } = robot.record(doses)?;
-    hardship.spoil_poses(&mut campaign);
+    difficulty.spoil_poses(&mut campaign);
     let mended = unchecked(&campaign);
-    let wobble = if hardship.hard == Hard::Wobble { WOBBLE } else { [0.0; 2] };
+    let wobble = if difficulty.hard == Hard::Wobble { WOBBLE } else { [0.0; 2] };
     let levels = ideal.map(|ideal| levels(&campaign, &ideal, wobble));
-    hardship.spoil_files(&mut campaign);
+    difficulty.spoil_files(&mut campaign);
     for (effect, _, value) in &mut truth {
         match effect.as_str() {
-            "wheel_radius_scale" => *value = (1.0 + *value) * (1.0 + hardship.radius) - 1.0,
-            "track_width" => *value = (1.0 + *value) * (1.0 + hardship.track) - 1.0,
+            "wheel_radius_scale" => *value = (1.0 + *value) * (1.0 + difficulty.radius) - 1.0,
+            "track_width" => *value = (1.0 + *value) * (1.0 + difficulty.track) - 1.0,
             _ => {}
         }
     }

@@ -5,7 +5,7 @@ use sim_target::Scenario;
 use sim_target::scenario::HiddenEffect;
 
 use super::case::{Case, Kind};
-use super::hard::{GEOMETRY, Hard, Hardship};
+use super::hard::{Difficulty, GEOMETRY, Hard};
 use super::hidden_effects::{Hidden, true_parameters};
 use super::kinematic::mechanism::{self, Mechanism};
 use super::kinematic::robot::Robot as KinematicRobot;
@@ -27,13 +27,13 @@ fn seed_of(case: &Case, index: usize) -> u64 {
 
 impl Forces {
     /// The robot of a case.
-    pub fn new(case: &Case, hardship: &Hardship, knows_its_camera: bool) -> Self {
+    pub fn new(case: &Case, difficulty: &Difficulty, knows_its_camera: bool) -> Self {
         let effects: Vec<HiddenEffect> =
             case.effects.iter().filter_map(|secret| secret.of_forces()).collect();
         let mut sound = sound(case.seed, case.kind, &effects);
         let radius_m = &mut sound.plant.geometry.wheel_radius_m;
-        radius_m.left *= 1.0 - hardship.ratio / 2.0;
-        radius_m.right *= 1.0 + hardship.ratio / 2.0;
+        radius_m.left *= 1.0 - difficulty.ratio / 2.0;
+        radius_m.right *= 1.0 + difficulty.ratio / 2.0;
         Self { case: case.clone(), sound, plan: plan(), knows_its_camera }
     }
 
@@ -95,14 +95,14 @@ pub struct Kinematic {
 
 impl Kinematic {
     /// The robot of a case.
-    pub fn new(case: &Case, hardship: &Hardship, knows_its_camera: bool) -> Self {
+    pub fn new(case: &Case, difficulty: &Difficulty, knows_its_camera: bool) -> Self {
         let gyro = case.effects.iter().any(|secret| secret.id().starts_with("gyro_"));
         let robot = KinematicRobot::new(case.seed, case.kind == Kind::Nuisance, gyro);
         let ratio = mechanism::Hidden {
             mechanism: Mechanism::WheelRadiusRatio,
-            p: [hardship.ratio, 0.0, 0.0, 0.0],
+            p: [difficulty.ratio, 0.0, 0.0, 0.0],
         };
-        let always = if hardship.hard == Hard::Geometry { vec![ratio] } else { Vec::new() };
+        let always = if difficulty.hard == Hard::Geometry { vec![ratio] } else { Vec::new() };
         Self { case: case.clone(), robot, always, knows_its_camera }
     }
 

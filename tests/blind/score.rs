@@ -107,7 +107,7 @@ pub fn bars(all: &[Verdict]) -> Vec<Bar> {
             ratio: true,
         },
     ];
-    bars.extend(bars_of_strangers(all));
+    bars.extend(bars_of_unknown_robots(all));
     bars
 }
 
@@ -116,11 +116,11 @@ const fn bar(claim: &'static str, (measured, of): (f64, usize), within: [f64; 2]
     Bar { claim, measured, of, within, ratio: false }
 }
 
-/// The bars of what a stranger's robot asks: that nothing is passed over in silence, that the reachable error is the
+/// The bars of a robot that nobody has described: that nothing is passed over in silence, that the reachable error is the
 /// noise, that only what is there and matters is called worth correcting, that wrong numbers and clocks are named.
 ///
 /// Silence and the reachable error count in every campaign, however strong what it hides came out.
-fn bars_of_strangers(verdicts: &[Verdict]) -> Vec<Bar> {
+fn bars_of_unknown_robots(verdicts: &[Verdict]) -> Vec<Bar> {
     let sound = |verdict: &&Verdict| verdict.case.effects.is_empty();
     // Outside the catalogue a substitute may be right: that has its own bar.
     let hiding = |verdict: &&Verdict| {

@@ -268,7 +268,7 @@ fn compare(
 /// Whether the answer says how late the poses are, as a clock or as a delay; `None` if they are not.
 fn clock_found(robot: &BenchmarkRobot<'_>, truth: &[Truth], answer: &Answer) -> Option<bool> {
     let delay = truth.iter().find(|known| known.0 == "measurement_delay");
-    let late_s = robot.hardship.late_s + delay.map_or(0.0, |known| known.2);
+    let late_s = robot.difficulty.late_s + delay.map_or(0.0, |known| known.2);
     let near = |offset_s: f64| (offset_s - late_s).abs() <= CLOCK_S;
     let clocks = &answer.clocks;
     let as_clock = !clocks.is_empty() && clocks.iter().all(|clock| near(clock.offset_s));

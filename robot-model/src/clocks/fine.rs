@@ -223,9 +223,9 @@ fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
     let cut = Prepared { runs, held_out: Vec::new(), dense: None, ..*prepared };
     let equations = CampaignEquations::gather(&cut, &terms, &noise);
     let mut points: Vec<Vec<[f64; 3]>> = vec![Vec::new(); prepared.runs.len()];
-    for unit in &equations.units {
-        let (gram, right) = (unit.sums.gram[(column, column)], unit.sums.right[column]);
-        let (index, middle_s) = &places[unit.run];
+    for fold in &equations.folds {
+        let (gram, right) = (fold.sums.gram[(column, column)], fold.sums.right[column]);
+        let (index, middle_s) = &places[fold.run];
         if gram > 0.0 {
             points[*index].push([*middle_s, right / gram, gram]);
         }

@@ -1,6 +1,6 @@
 //! What do the runs of a campaign tell about any set of parameters? Normal equations, one set for each run.
 //!
-//! After whitening, every refit, cross-validation and test is arithmetic on sums of these over runs. The run is the unit
+//! After whitening, every refit, cross-validation and test is arithmetic on sums of these over runs. The fold is a run
 //! throughout: samples of one run share its accidents. Which columns to fit is the caller's question.
 
 use std::ops::Range;
@@ -11,7 +11,7 @@ use crate::effect::composition::{PlacedTerm, Terms};
 use crate::effect::definition::Role;
 use crate::estimation::ekf::whiten;
 use crate::estimation::gyro::whiten_gyro;
-use crate::estimation::normal_equations::{Less, NormalEquations, Sums};
+use crate::estimation::normal_equations::{EquationsWithout, NormalEquations, Sums};
 use crate::estimation::row_adder::RowAdder;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
@@ -20,9 +20,9 @@ use crate::recording::run_kind::RunKind;
 /// A single run is cut into this many blocks, so that it can be cross-validated.
 const BLOCKS: usize = 8;
 
-/// One unit: a run, or a block of it where there is only one run.
+/// What is left out at a time: a run, or a block of it where there is only one run.
 #[derive(Clone, Debug)]
-pub(crate) struct Unit {
+pub(crate) struct Fold {
     pub run: usize,
     pub kind: RunKind,
     pub sums: NormalEquations,
@@ -39,7 +39,7 @@ pub(crate) struct Prior {
 /// The normal equations about one point of all parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct CampaignEquations {
-    pub units: Vec<Unit>,
+    pub folds: Vec<Fold>,
     pub total: NormalEquations,
     pub priors: Vec<Prior>,
 }
@@ -76,24 +76,24 @@ impl CampaignEquations {
             whiten_gyro(run, free, noise, &mut adder);
             adder.sums()
         });
-        let mut units = Vec::new();
+        let mut folds = Vec::new();
         let mut total = NormalEquations::zeros(columns);
         for (index, blocks) in gathered.into_iter().enumerate() {
             for sums in blocks {
                 total.add(&sums);
                 if sums.rows > 0.0 {
-                    units.push(Unit { run: index, kind: prepared.runs[index].kind, sums });
+                    folds.push(Fold { run: index, kind: prepared.runs[index].kind, sums });
                 }
             }
         }
-        Self { units, total, priors: priors(terms) }
+        Self { folds, total, priors: priors(terms) }
     }
 
     /// Moves the point of linearisation in one column.
     pub fn shift(&mut self, column: usize, delta: f64) {
         self.total.shift(column, delta);
-        for unit in &mut self.units {
-            unit.sums.shift(column, delta);
+        for fold in &mut self.folds {
+            fold.sums.shift(column, delta);
         }
         self.priors[column].from_middle += delta;
     }
@@ -163,21 +163,24 @@ impl CampaignEquations {
             truth.right += sums.gram.column(*i) * *a;
         }
         truth.squares = sums.quadratic(columns, &DVector::from_column_slice(values));
-        let mut flat = Self { priors: self.priors.clone(), units: Vec::new(), total: truth };
+        let mut flat = Self { priors: self.priors.clone(), folds: Vec::new(), total: truth };
         flat.priors.iter_mut().for_each(|prior| prior.from_middle = 0.0);
         let delta = flat.best(&flat.total, others);
         flat.total.chi_squared(others, &delta)
     }
 
-    /// The sums of all units but these, given in their order.
-    pub fn without(&self, left_out: impl IntoIterator<Item = usize>) -> Less<'_, NormalEquations> {
-        let units = left_out.into_iter().map(|unit| &self.units[unit].sums);
-        Less::new(&self.total, units.collect())
+    /// The sums of all folds but these, given in their order.
+    pub fn without(
+        &self,
+        left_out: impl IntoIterator<Item = usize>,
+    ) -> EquationsWithout<'_, NormalEquations> {
+        let folds = left_out.into_iter().map(|fold| &self.folds[fold].sums);
+        EquationsWithout::new(&self.total, folds.collect())
     }
 
-    /// The units of a run, which stand together.
-    pub fn units_of(&self, run: usize) -> Range<usize> {
-        let before = |end: usize| self.units.partition_point(|unit| unit.run < end);
+    /// The folds of a run, which stand together.
+    pub fn folds_of(&self, run: usize) -> Range<usize> {
+        let before = |end: usize| self.folds.partition_point(|fold| fold.run < end);
         before(run)..before(run + 1)
     }
 }
@@ -190,11 +193,11 @@ mod tests {
     use crate::estimation::normal_equations::Columns;
     use crate::numeric::random::Random;
 
-    /// Five units of rows drawn at random in four columns.
+    /// Five folds of rows drawn at random in four columns.
     fn drawn() -> CampaignEquations {
         let mut random = Random::new(3);
         let mut total = NormalEquations::zeros(4);
-        let units = (0..5).map(|run| {
+        let folds = (0..5).map(|run| {
             let rows = DMatrix::from_fn(9, 4, |_, _| random.normal());
             let left = DVector::from_fn(9, |_, _| random.normal());
             let sums = NormalEquations {
@@ -204,11 +207,11 @@ mod tests {
                 rows: 9.0,
             };
             total.add(&sums);
-            Unit { run, kind: RunKind::Straight, sums }
+            Fold { run, kind: RunKind::Straight, sums }
         });
-        let units = units.collect();
+        let folds = folds.collect();
         let priors = (0..4).map(|i| Prior { from_middle: 0.3, spread: 0.5 + f64::from(i) });
-        CampaignEquations { units, total, priors: priors.collect() }
+        CampaignEquations { folds, total, priors: priors.collect() }
     }
 
     #[test]

@@ -56,15 +56,15 @@ pub(crate) struct Innovation {
 }
 
 /// Receives the rows of the filter.
-pub(crate) trait Sink {
+pub(crate) trait FilterObserver {
     /// One innovation with its whitened derivatives j / sqrt(s).
     fn row(&mut self, innovation: Innovation, whitened: &[f64]);
 
     /// The robot moves by a share of a step.
-    fn moved(&mut self, _step: &Step, _increment: &Increment, _share: f64) {}
+    fn motion(&mut self, _step: &Step, _increment: &Increment, _share: f64) {}
 
     /// A pose is measured here: the first one, which starts the filter, or a later one.
-    fn pose_measured(&mut self, _measurement: &PoseMeasurement, _step: &Step, _pose: Pose) {}
+    fn pose(&mut self, _measurement: &PoseMeasurement, _step: &Step, _pose: Pose) {}
 }
 
 /// The filter over one run.
@@ -84,7 +84,7 @@ pub(crate) fn whiten(
     measurements: &[PoseMeasurement],
     terms: Terms<'_, '_>,
     noise: &OdometryNoise,
-    sink: &mut impl Sink,
+    observer: &mut impl FilterObserver,
 ) {
     let Some(start) = start_pose(motion, measurements, terms) else { return };
     let (composer, columns) = (Composer::new(terms), terms.columns());
@@ -117,8 +117,8 @@ pub(crate) fn whiten(
             let seen_s = (measurement.t_s - delay_s).clamp(now_s, end_s.max(now_s));
             let share = (seen_s - now_s) / nominal.dt_s;
             if started {
-                filter.advance(&step, &increment, share, sink);
-                filter.measure(measurement, &step, k, sink);
+                filter.advance(&step, &increment, share, observer);
+                filter.measure(measurement, &step, k, observer);
             } else {
                 filter.dead_reckon(&increment, share);
                 if measurement.position_m.is_none() {
@@ -128,12 +128,12 @@ pub(crate) fn whiten(
                 filter.start(measurement, &step);
                 started = true;
             }
-            sink.pose_measured(measurement, &step, filter.state.pose());
+            observer.pose(measurement, &step, filter.state.pose());
             now_s = seen_s;
         }
         let share = ((end_s - now_s) / nominal.dt_s).max(0.0);
         if started {
-            filter.advance(&step, &increment, share, sink);
+            filter.advance(&step, &increment, share, observer);
         } else {
             filter.dead_reckon(&increment, share);
         }
@@ -183,11 +183,17 @@ impl Filter<'_> {
     }
 
     /// Equation (1), for a share of a step.
-    fn advance(&mut self, step: &Step, increment: &Increment, share: f64, sink: &mut impl Sink) {
+    fn advance(
+        &mut self,
+        step: &Step,
+        increment: &Increment,
+        share: f64,
+        observer: &mut impl FilterObserver,
+    ) {
         if share == 0.0 {
             return;
         }
-        sink.moved(step, increment, share);
+        observer.motion(step, increment, share);
         let there = Transition::new(self.state.pose(), increment, share);
         let [gx, gy] = there.by_heading;
         let fade = self.noise.wobble_fade(step.dt_s * share);
@@ -241,7 +247,7 @@ impl Filter<'_> {
         measurement: &PoseMeasurement,
         step: &Step,
         index: usize,
-        sink: &mut impl Sink,
+        observer: &mut impl FilterObserver,
     ) {
         let mut facing = Direction::of(self.state.heading_rad());
         let velocity = self.velocity(step, facing);
@@ -262,7 +268,7 @@ impl Filter<'_> {
             }
             self.state.update(&update);
             let Update { nu: value, variance, .. } = update;
-            sink.row(Innovation { step: index, value, variance }, &self.row);
+            observer.row(Innovation { step: index, value, variance }, &self.row);
         }
     }
 }

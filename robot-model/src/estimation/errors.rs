@@ -170,7 +170,7 @@ pub(crate) fn tracks(
 ) -> TrackErrors {
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
     let runs = parallel::map(&runs, |run| {
-        let left_out = if runs.len() > 1 { equations.units_of(*run) } else { 0..0 };
+        let left_out = if runs.len() > 1 { equations.folds_of(*run) } else { 0..0 };
         let sums = equations.without(left_out);
         let delta = equations.best(&sums, columns);
         squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
@@ -191,21 +191,21 @@ pub(crate) fn cross_validated(
     let runs: Vec<usize> = (0..prepared.runs.len()).collect();
     let each = parallel::map(&runs, |run| {
         // The only run is predicted by the fit to itself.
-        let left_out = if runs.len() > 1 { equations.units_of(*run) } else { 0..0 };
+        let left_out = if runs.len() > 1 { equations.folds_of(*run) } else { 0..0 };
         let sums = equations.without(left_out);
         let delta = equations.best(&sums, columns);
         squares(&prepared.recorded()[*run], &moved(prepared, terms, columns, &delta), noise)
     });
-    let units: Vec<usize> = (0..equations.units.len()).collect();
-    let on_each = parallel::map(&units, |index| {
-        let unit = &equations.units[*index];
+    let folds: Vec<usize> = (0..equations.folds.len()).collect();
+    let on_each = parallel::map(&folds, |index| {
+        let fold = &equations.folds[*index];
         let left_out = match runs.len() {
             1 => *index..index + 1,
-            _ => equations.units_of(unit.run),
+            _ => equations.folds_of(fold.run),
         };
         let sums = equations.without(left_out);
         let delta = equations.best(&sums, columns);
-        unit.sums.chi_squared(columns, &delta)
+        fold.sums.chi_squared(columns, &delta)
     });
     let chi_squared = on_each.into_iter().sum();
     total(each, chi_squared, equations.total.rows)

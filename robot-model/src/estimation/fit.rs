@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::effect::composition::{Composer, PlacedTerm, Term, Terms};
 use crate::effect::definition::{Effect, Role};
 use crate::estimation::campaign_equations::CampaignEquations;
-use crate::estimation::ekf::{Innovation, Sink, whiten};
+use crate::estimation::ekf::{FilterObserver, Innovation, whiten};
 use crate::estimation::gyro::{fixed_segments, whiten_gyro};
 use crate::estimation::most_likely_noise::{Search, most_likely};
 use crate::estimation::noise_segments::NoiseSegments;
@@ -42,7 +42,7 @@ struct Likelihood {
     minus_two_log: f64,
 }
 
-impl Sink for Likelihood {
+impl FilterObserver for Likelihood {
     fn row(&mut self, innovation: Innovation, _: &[f64]) {
         let Innovation { value, variance, .. } = innovation;
         self.minus_two_log += variance.ln() + value * value / variance;

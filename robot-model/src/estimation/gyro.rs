@@ -10,7 +10,7 @@
 
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::effect::definition::ActsOn;
-use crate::estimation::ekf::{Innovation, Sink};
+use crate::estimation::ekf::{FilterObserver, Innovation};
 use crate::estimation::state::Variances;
 use crate::numeric::angle::wrap;
 use crate::numeric::jet::Jet;
@@ -107,12 +107,12 @@ pub(crate) fn follow<T: Number>(
     }
 }
 
-/// Gives the sink a whitened row for each measured heading of a run with a yaw rate sensor.
+/// Gives the observer a whitened row for each measured heading of a run with a yaw rate sensor.
 pub(crate) fn whiten_gyro(
     run: &PreparedRun,
     terms: Terms<'_, '_>,
     noise: &OdometryNoise,
-    sink: &mut impl Sink,
+    observer: &mut impl FilterObserver,
 ) {
     let columns = terms.columns();
     let (segments, slopes) = segments(run, terms);
@@ -126,7 +126,7 @@ pub(crate) fn whiten_gyro(
             *slot = *slope / innovation.variance.sqrt();
             *slope *= 1.0 - gain;
         }
-        sink.row(innovation, &row);
+        observer.row(innovation, &row);
     });
 }
 

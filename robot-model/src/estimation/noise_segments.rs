@@ -4,7 +4,7 @@
 //! measurements is the same in all passes, so its steps are added up once:
 //!
 //! ```text
-//! pose' = pose + R(theta) moved + drift                                               (1)
+//! pose' = pose + R(theta) motion + drift                                               (1)
 //! var(theta') += k^2 d,   var(x', y') += (n-1)(2n-1)/(6 n^2) g g' k^2 d,
 //! cov(x' y', theta') += (n-1)/(2n) g k^2 d                                            (2)
 //! ```
@@ -15,7 +15,7 @@
 
 use crate::effect::composition::Increment;
 use crate::estimation::ekf::{
-    Innovation, Sink, UNKNOWN_HEADING_SIGMA_RAD, numbers, offset_at, velocity_of,
+    FilterObserver, Innovation, UNKNOWN_HEADING_SIGMA_RAD, numbers, offset_at, velocity_of,
 };
 use crate::estimation::gyro::{GyroSegment, follow};
 use crate::estimation::state::{Quantity, ScalarMeasurement, State, Variances};
@@ -30,7 +30,7 @@ use crate::recording::run::PoseMeasurement;
 #[derive(Clone, Copy, Debug)]
 struct Segment {
     /// In the frame of the robot at its beginning, and the direction of its turn.
-    moved: Pose,
+    motion: Pose,
     turned: Direction,
     /// In the fixed frame \[m\].
     drift_m: [f64; 2],
@@ -44,7 +44,7 @@ struct Segment {
 
 impl Segment {
     const NONE: Self = Self {
-        moved: Pose::ORIGIN,
+        motion: Pose::ORIGIN,
         turned: Direction { sin: 0.0, cos: 1.0 },
         drift_m: [0.0; 2],
         dt_s: 0.0,
@@ -55,7 +55,7 @@ impl Segment {
     };
 }
 
-/// One run in segments; a sink of the filter that builds them.
+/// One run in segments; a observer of the filter that builds them.
 #[derive(Clone, Debug)]
 pub(crate) struct NoiseSegments {
     segments: Vec<Segment>,
@@ -67,11 +67,11 @@ pub(crate) struct NoiseSegments {
     gyro: Vec<GyroSegment>,
 }
 
-impl Sink for NoiseSegments {
-    fn moved(&mut self, step: &Step, increment: &Increment, share: f64) {
+impl FilterObserver for NoiseSegments {
+    fn motion(&mut self, step: &Step, increment: &Increment, share: f64) {
         let level = Increment { drift_m: [0.0; 2], ..*increment };
         let open = &mut self.open;
-        open.moved = Transition::new(open.moved, &level, share).pose;
+        open.motion = Transition::new(open.motion, &level, share).pose;
         open.drift_m[0] += increment.drift_m[0] * share;
         open.drift_m[1] += increment.drift_m[1] * share;
         open.dt_s += step.dt_s * share;
@@ -79,13 +79,13 @@ impl Sink for NoiseSegments {
         open.steps += 1.0;
     }
 
-    fn pose_measured(&mut self, measurement: &PoseMeasurement, step: &Step, pose: Pose) {
+    fn pose(&mut self, measurement: &PoseMeasurement, step: &Step, pose: Pose) {
         if self.segments.is_empty() {
             self.heading_rad = pose.heading_rad;
         }
         let speed = [step.speed_mps(), step.turn_rate_rad_s()];
         let open = core::mem::replace(&mut self.open, Segment::NONE);
-        let turned = Direction::of(open.moved.heading_rad);
+        let turned = Direction::of(open.motion.heading_rad);
         self.segments.push(Segment { measurement: *measurement, speed, turned, ..open });
     }
 
@@ -163,11 +163,11 @@ impl<T: Number> Filter<'_, T> {
     /// To the end of a segment: (1) and (2).
     fn advance(&mut self, segment: &Segment) {
         self.face();
-        let moved_m = [segment.moved.x_m, segment.moved.y_m];
+        let moved_m = [segment.motion.x_m, segment.motion.y_m];
         let (ahead, by_heading) = offset_at(moved_m, self.facing);
         let turned = Direction { sin: T::of(segment.turned.sin), cos: T::of(segment.turned.cos) };
         self.facing = self.facing.turned(turned);
-        self.heading_rad += T::of(segment.moved.heading_rad);
+        self.heading_rad += T::of(segment.motion.heading_rad);
         let (state, noise) = (&mut self.state, self.noise);
         let [x_m, y_m] = state.position_m();
         let there = [

@@ -82,18 +82,18 @@ impl Sums for NormalEquations {
 
 /// Some sums less a few others. Taken column by column when asked for: a copy of all columns for each run that is left
 /// out takes longer than the fit.
-pub(crate) struct Less<'a, S> {
+pub(crate) struct EquationsWithout<'a, S> {
     all: &'a NormalEquations,
     less: Vec<&'a S>,
 }
 
-impl<'a, S: Sums> Less<'a, S> {
+impl<'a, S: Sums> EquationsWithout<'a, S> {
     pub fn new(all: &'a NormalEquations, less: Vec<&'a S>) -> Self {
         Self { all, less }
     }
 }
 
-impl<S: Sums> Sums for Less<'_, S> {
+impl<S: Sums> Sums for EquationsWithout<'_, S> {
     fn gram(&self, row: usize, column: usize) -> f64 {
         self.less
             .iter()
@@ -109,7 +109,7 @@ impl<S: Sums> Sums for Less<'_, S> {
     }
 }
 
-/// Some columns of other sums, added up once: for those of many units, which are asked often.
+/// Some columns of other sums, added up once: for those of many folds, which are asked often.
 pub(crate) struct Columns {
     /// Where each column stands here.
     places: Vec<usize>,

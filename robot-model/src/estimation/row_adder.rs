@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::estimation::ekf::{Innovation, Sink};
+use crate::estimation::ekf::{FilterObserver, Innovation};
 use crate::estimation::normal_equations::NormalEquations;
 
 /// So many rows are added to the matrix at once: it is read and written once for all of them, which takes longer than
@@ -47,7 +47,7 @@ impl RowAdder {
     }
 }
 
-impl Sink for RowAdder {
+impl FilterObserver for RowAdder {
     fn row(&mut self, innovation: Innovation, row: &[f64]) {
         debug_assert_eq!(row.len(), self.columns);
         let count = self.blocks.len();

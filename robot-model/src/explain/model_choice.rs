@@ -11,7 +11,7 @@ use crate::residuals::flexible_model::{Flexible, flexible};
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;
-use crate::selection::select::{Selection, is_chance, select, settled};
+use crate::selection::select::{Selection, backward_elimination, is_chance, select};
 
 /// The effects chosen for a campaign.
 pub(crate) struct Choice<'a> {
@@ -140,8 +140,8 @@ fn with_known<'a>(
     // Effects that were needed only beside the rival are dropped. If a known one is, the rival was right.
     let is_known = |term: &&Term<'a>| in_model.contains(&term.effect.facts().id);
     let known = terms.iter().filter(is_known).count();
-    let settled = settled(prepared, catalogue, terms);
-    (settled.fitted.terms.iter().filter(is_known).count() == known).then_some(settled)
+    let passing = backward_elimination(prepared, catalogue, terms);
+    (passing.fitted.terms.iter().filter(is_known).count() == known).then_some(passing)
 }
 
 /// The effects of the model: each next one brings tracks of other runs nearest, given those before. Where none of those

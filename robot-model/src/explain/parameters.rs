@@ -55,7 +55,7 @@ fn jackknife(prepared: &Prepared, fitted: &Fitted<'_>) -> Vec<f64> {
         return vec![0.0; columns.len()];
     }
     let left_out = |run: &usize| {
-        let sums = equations.without(equations.units_of(*run));
+        let sums = equations.without(equations.folds_of(*run));
         equations.best(&sums, &columns)
     };
     let each: Vec<_> = runs.iter().map(left_out).collect();

@@ -20,7 +20,7 @@ use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{Errors, TrackErrors, cross_validated, tracks};
 use crate::estimation::fit::{Fitted, fit_noise};
 use crate::estimation::most_likely_noise::Search;
-use crate::estimation::normal_equations::{Less, Sums};
+use crate::estimation::normal_equations::{EquationsWithout, Sums};
 use crate::numeric::distributions::signed_rank;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
@@ -83,17 +83,17 @@ pub(crate) fn flexible(
     fitted: &Fitted<'_>,
     catalogue: &[&dyn Effect],
 ) -> Flexible {
-    let spots = visited(prepared);
+    let patches = visited(prepared);
     let pool: Vec<(Option<Regressor>, Term<'_>)> = pool(prepared, fitted, catalogue)
         .into_iter()
-        .chain(spots.iter().map(|spot| (Some(Regressor::Place), zero(spot))))
+        .chain(patches.iter().map(|patch| (Some(Regressor::Place), zero(patch))))
         .collect();
     let thinned = thinned(prepared);
     let mut noise = fitted.noise;
     let mut terms = fitted.terms.clone();
     let mut taken: Vec<usize> = Vec::new();
     for _ in 0..ROUNDS_MAX {
-        let more = take_up(&thinned, &terms, &pool, &taken, &noise);
+        let more = groups_worth_adding(&thinned, &terms, &pool, &taken, &noise);
         if more.is_empty() {
             break;
         }
@@ -168,8 +168,8 @@ fn thinned(prepared: &Prepared) -> Prepared {
     thinned
 }
 
-/// The groups that are worth taking up beside these terms, by their place in the pool.
-fn take_up(
+/// The groups that are worth adding to these terms, by their place in the pool.
+fn groups_worth_adding(
     prepared: &Prepared,
     terms: &[Term<'_>],
     pool: &[(Option<Regressor>, Term<'_>)],
@@ -266,10 +266,10 @@ fn lowers_tracks(
 
 /// chi^2 of each run, with these columns fitted to all other runs.
 pub(super) fn left_out(equations: &CampaignEquations, columns: &[usize]) -> Vec<f64> {
-    let each = equations.units.iter().map(|unit| {
-        let others = Less::new(&equations.total, vec![&unit.sums]);
+    let each = equations.folds.iter().map(|fold| {
+        let others = EquationsWithout::new(&equations.total, vec![&fold.sums]);
         let delta = equations.best(&others, columns);
-        unit.sums.chi_squared(columns, &delta)
+        fold.sums.chi_squared(columns, &delta)
     });
     each.collect()
 }

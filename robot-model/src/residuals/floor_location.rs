@@ -24,7 +24,7 @@ use crate::recording::motion::Step;
 /// L of (1) in the coarse search \[m\].
 const REACH_M: f64 = 0.15;
 /// The coarse search tests at most this many places: those that most runs come to.
-const SPOTS_MAX: usize = 32;
+const PATCHES_MAX: usize = 32;
 /// In a place that fewer runs come to, an effect of the floor cannot be told from a single disturbance.
 const RUNS_MIN: usize = 2;
 /// Without a coarse p-value below this there is no fine search.
@@ -36,23 +36,23 @@ const FINE_OFFSETS_M: [f64; 5] = [-0.15, -0.075, 0.0, 0.075, 0.15];
 
 /// One place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spot {
+pub(super) struct FloorPatch {
     /// Its middle \[m\].
     pub at_m: [f64; 2],
     reach_m: f64,
 }
 
-static SPOT: Facts<'static> = Facts {
-    id: "spot",
+static FLOOR_PATCH: Facts<'static> = Facts {
+    id: "floor_patch",
     name: "something on the floor",
     equation: "ds_i += w_i (p + q a_i sign(ds_i)) ds_i",
     parameters: &[Parameter::amplitude("p", "1", 1.0), Parameter::amplitude("q", "s^2/m", 1.0)],
     ..Facts::DEFAULT
 };
 
-impl Effect for Spot {
+impl Effect for FloorPatch {
     fn facts(&self) -> Facts<'_> {
-        SPOT
+        FLOOR_PATCH
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
@@ -108,7 +108,7 @@ impl PlaceSeen {
 /// What the search of the floor found.
 pub(super) struct FloorSearch {
     /// The places of the fine search, if the coarse one found anything.
-    pub(super) spots: Vec<Spot>,
+    pub(super) patches: Vec<FloorPatch>,
     /// How many places were tested, coarse and fine.
     pub(super) tested: usize,
     /// The places of the coarse search.
@@ -117,9 +117,9 @@ pub(super) struct FloorSearch {
 
 /// Searches the floor for a place that the residuals come from.
 pub(super) fn search_floor(prepared: &Prepared, fitted: &Fitted<'_>) -> FloorSearch {
-    let spots = visited(prepared);
+    let patches = visited(prepared);
     let mut terms = fitted.terms.clone();
-    terms.extend(spots.iter().map(|spot| Term::new(spot, vec![0.0; 2])));
+    terms.extend(patches.iter().map(|patch| Term::new(patch, vec![0.0; 2])));
     let terms = PlacedTerm::place(&terms);
     let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
     let in_model = &terms[..fitted.terms.len()];
@@ -134,25 +134,31 @@ pub(super) fn search_floor(prepared: &Prepared, fitted: &Fitted<'_>) -> FloorSea
         without - chi_squared_of(&both)
     };
     let gains = terms[fitted.terms.len()..].iter().map(gain);
-    let seen: Vec<PlaceSeen> =
-        spots.iter().zip(gains).map(|(spot, gain)| PlaceSeen { at_m: spot.at_m, gain }).collect();
+    let seen: Vec<PlaceSeen> = patches
+        .iter()
+        .zip(gains)
+        .map(|(patch, gain)| PlaceSeen { at_m: patch.at_m, gain })
+        .collect();
     let best = seen.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
     let Some(best) =
-        best.filter(|place| chi_squared(2, place.gain) * (spots.len() as f64) < COARSE_P)
+        best.filter(|place| chi_squared(2, place.gain) * (patches.len() as f64) < COARSE_P)
     else {
-        return FloorSearch { spots: Vec::new(), tested: spots.len(), seen };
+        return FloorSearch { patches: Vec::new(), tested: patches.len(), seen };
     };
-    let fine: Vec<Spot> = FINE_REACHES_M
+    let fine: Vec<FloorPatch> = FINE_REACHES_M
         .iter()
         .flat_map(|reach_m| FINE_OFFSETS_M.iter().map(move |dx| (*reach_m, *dx)))
         .flat_map(|(reach_m, dx)| FINE_OFFSETS_M.iter().map(move |dy| (reach_m, [dx, *dy])))
-        .map(|(reach_m, [dx, dy])| Spot { at_m: [best.at_m[0] + dx, best.at_m[1] + dy], reach_m })
+        .map(|(reach_m, [dx, dy])| FloorPatch {
+            at_m: [best.at_m[0] + dx, best.at_m[1] + dy],
+            reach_m,
+        })
         .collect();
-    FloorSearch { tested: spots.len() + fine.len(), spots: fine, seen }
+    FloorSearch { tested: patches.len() + fine.len(), patches: fine, seen }
 }
 
 /// The places that wheels came to in several runs.
-pub(super) fn visited(prepared: &Prepared) -> Vec<Spot> {
+pub(super) fn visited(prepared: &Prepared) -> Vec<FloorPatch> {
     let mut runs_of: BTreeMap<(i64, i64), BTreeSet<usize>> = BTreeMap::new();
     let pitch_m = PlaceSeen::SIDE_M;
     let track_width_m = prepared.robot.track_width_m;
@@ -173,11 +179,11 @@ pub(super) fn visited(prepared: &Prepared) -> Vec<Spot> {
     let mut cells: Vec<_> =
         runs_of.into_iter().filter(|(_, runs)| runs.len() >= RUNS_MIN).collect();
     cells.sort_by_key(|(_, runs)| std::cmp::Reverse(runs.len()));
-    cells.truncate(SPOTS_MAX);
+    cells.truncate(PATCHES_MAX);
     let middle = |cell: i64| cell as f64 * pitch_m;
     cells
         .into_iter()
-        .map(|((x, y), _)| Spot { at_m: [middle(x), middle(y)], reach_m: REACH_M })
+        .map(|((x, y), _)| FloorPatch { at_m: [middle(x), middle(y)], reach_m: REACH_M })
         .collect()
 }
 
@@ -191,7 +197,7 @@ mod tests {
     #[test]
     fn a_place_where_a_wheel_loses_travel_is_found() {
         // A quarter of the small circle to the left, on the path of the right wheel: it loses 4 mm at either speed.
-        let bump = Spot { at_m: [0.586, 0.4], reach_m: 0.05 };
+        let bump = FloorPatch { at_m: [0.586, 0.4], reach_m: 0.05 };
         let truth = [Term::new(&bump, vec![-0.03, 0.0])];
         let answer = explain(&campaign(&full_plan(), &truth, 31)).unwrap();
         let found = &answer.unexplained;

@@ -12,7 +12,7 @@
 
 use super::regressor::Regressor;
 use crate::effect::composition::Terms;
-use crate::estimation::ekf::{Innovation, Sink, whiten};
+use crate::estimation::ekf::{FilterObserver, Innovation, whiten};
 use crate::estimation::fit::Fitted;
 use crate::numeric::distributions::chi_squared;
 use crate::numeric::parallel;
@@ -45,7 +45,7 @@ struct Squares<'r> {
     rows: Vec<(f64, [f64; 2])>,
 }
 
-impl Sink for Squares<'_> {
+impl FilterObserver for Squares<'_> {
     fn row(&mut self, innovation: Innovation, _: &[f64]) {
         let step = &self.run.motion.steps[innovation.step];
         let squared = innovation.value * innovation.value / innovation.variance;

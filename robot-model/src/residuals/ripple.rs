@@ -10,7 +10,7 @@
 //! ```
 
 use crate::effect::composition::Terms;
-use crate::estimation::ekf::{Innovation, Sink, numbers, whiten};
+use crate::estimation::ekf::{FilterObserver, Innovation, numbers, whiten};
 use crate::estimation::fit::Fitted;
 use crate::estimation::state::Quantity;
 use crate::kinematics::pose::Pose;
@@ -35,13 +35,13 @@ struct Headings<'r> {
     rows: Vec<(f64, WheelPair<f64>)>,
 }
 
-impl Sink for Headings<'_> {
+impl FilterObserver for Headings<'_> {
     fn row(&mut self, innovation: Innovation, _: &[f64]) {
         self.pending.push(innovation.value / innovation.variance.sqrt());
     }
 
     /// The filter gives the numbers of a pose first, then the pose.
-    fn pose_measured(&mut self, measurement: &PoseMeasurement, _: &Step, _: Pose) {
+    fn pose(&mut self, measurement: &PoseMeasurement, _: &Step, _: Pose) {
         self.quantities.clear();
         self.quantities.extend(numbers(measurement).map(|(quantity, ..)| quantity));
         let pairs = self.quantities.iter().zip(&self.pending);

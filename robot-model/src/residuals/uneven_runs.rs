@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 
 use super::regressor::Regressor;
 use crate::effect::composition::Terms;
-use crate::estimation::ekf::{Innovation, Sink, whiten};
+use crate::estimation::ekf::{FilterObserver, Innovation, whiten};
 use crate::estimation::fit::Fitted;
 use crate::numeric::distributions::chi_squared;
 use crate::numeric::parallel;
@@ -51,7 +51,7 @@ struct Squares {
     rows: f64,
 }
 
-impl Sink for Squares {
+impl FilterObserver for Squares {
     fn row(&mut self, innovation: Innovation, _: &[f64]) {
         self.sum += innovation.value * innovation.value / innovation.variance;
         self.rows += 1.0;

@@ -23,7 +23,7 @@ use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter
 
 use super::auxiliary_effects::{AUXILIARY_EFFECTS, OF_A_RUN};
 use super::expression::Expression;
-use super::floor_location::{FloorSearch, PlaceSeen, Spot, search_floor};
+use super::floor_location::{FloorPatch, FloorSearch, PlaceSeen, search_floor};
 use super::regressor::Regressor;
 
 /// At most this share of the named regressors is wrong.
@@ -104,7 +104,7 @@ struct OpenRegressor<'a> {
     /// Its columns, as far as the campaign's motion shows them.
     columns: Vec<usize>,
     /// Where, if it is a place \[m\].
-    spot_m: Option<[f64; 2]>,
+    patch_m: Option<[f64; 2]>,
 }
 
 impl OpenRegressor<'_> {
@@ -126,14 +126,14 @@ struct Finding {
 
 /// Tests the residuals against every regressor.
 fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
-    let FloorSearch { spots, tested, seen } = search_floor(prepared, fitted);
+    let FloorSearch { patches, tested, seen } = search_floor(prepared, fitted);
     let in_model = fitted.terms.len();
-    let terms = with_auxiliary(fitted, &spots);
+    let terms = with_auxiliary(fitted, &patches);
     let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
     let columns = |term: &PlacedTerm<'_>| term.columns().collect::<Vec<usize>>();
     let mut model: Vec<usize> = terms[..in_model].iter().flat_map(columns).collect();
     let own: Vec<usize> = terms.last().map(columns).unwrap_or_default();
-    let mut open = open_regressors(&equations, &terms[in_model..], &spots);
+    let mut open = open_regressors(&equations, &terms[in_model..], &patches);
     let is_wave = |regressor: &&OpenRegressor<'_>| regressor.regressor == Regressor::WheelAngle;
     let waves: Vec<Vec<usize>> =
         open.iter().filter(is_wave).map(|wave| wave.columns.clone()).collect();
@@ -145,7 +145,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
             break;
         }
         // Places do not measure how much runs disagree: most runs hardly see most places.
-        let usual = open.iter().filter(|regressor| regressor.spot_m.is_none());
+        let usual = open.iter().filter(|regressor| regressor.patch_m.is_none());
         let usual = usual.map(|regressor| (&model[..], &regressor.columns[..]));
         within = scatter(&equations, usual);
         let between = within.max(run_scatter_in_the_mean(&equations, &model, &own));
@@ -168,7 +168,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         if !found.depends_on.contains(&taken.regressor) {
             found.depends_on.push(taken.regressor);
         }
-        found.place_m = found.place_m.or(taken.spot_m);
+        found.place_m = found.place_m.or(taken.patch_m);
         model.extend(taken.columns);
     }
     found.places = seen;
@@ -184,10 +184,10 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
 }
 
 /// The model's terms, then the auxiliary effects, the places, and what may differ from run to run.
-fn with_auxiliary<'a>(fitted: &Fitted<'a>, spots: &'a [Spot]) -> Vec<PlacedTerm<'a>> {
+fn with_auxiliary<'a>(fitted: &Fitted<'a>, patches: &'a [FloorPatch]) -> Vec<PlacedTerm<'a>> {
     let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| one as &dyn Effect);
     let added =
-        auxiliary.chain(spots.iter().map(|spot| spot as &dyn Effect)).chain([&OF_A_RUN as _]);
+        auxiliary.chain(patches.iter().map(|patch| patch as &dyn Effect)).chain([&OF_A_RUN as _]);
     let mut terms = fitted.terms.clone();
     terms.extend(added.map(|effect| {
         let values = vec![0.0; effect.facts().parameters.len()];
@@ -200,13 +200,13 @@ fn with_auxiliary<'a>(fitted: &Fitted<'a>, spots: &'a [Spot]) -> Vec<PlacedTerm<
 fn open_regressors<'a>(
     equations: &CampaignEquations,
     added: &[PlacedTerm<'a>],
-    spots: &[Spot],
+    patches: &[FloorPatch],
 ) -> Vec<OpenRegressor<'a>> {
     let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| (one.regressor, None));
-    let places = spots.iter().map(|spot| (Regressor::Place, Some(spot.at_m)));
-    let open = |((regressor, spot_m), term): (_, &PlacedTerm<'a>)| {
+    let places = patches.iter().map(|patch| (Regressor::Place, Some(patch.at_m)));
+    let open = |((regressor, patch_m), term): (_, &PlacedTerm<'a>)| {
         let columns = visible(equations, term.columns());
-        OpenRegressor { regressor, effect: term.effect, columns, spot_m }
+        OpenRegressor { regressor, effect: term.effect, columns, patch_m }
     };
     let all = auxiliary.chain(places).zip(added).map(open);
     all.filter(|regressor| !regressor.columns.is_empty()).collect()
@@ -229,15 +229,15 @@ fn findings(
         // A finding says that something is there, not what: among many runs, a few may show it.
         let p_value = if many && !of_runs { test.p_value_of_many } else { test.p_value };
         // One run alone does not tell a place from a disturbance that the run happened to have there.
-        let more_runs = regressor.spot_m.is_none() || test.touched > 1;
+        let more_runs = regressor.patch_m.is_none() || test.touched > 1;
         let counts = test.cross_validated_gain > 0.0 && more_runs;
         let p_value = if counts { p_value } else { 1.0 };
         Finding { index, p_value, merit: test.cross_validated_gain / test.dispersion }
     };
     let all: Vec<Finding> = open.iter().enumerate().map(finding).collect();
-    let (spots, mut rest): (Vec<_>, Vec<_>) =
-        all.into_iter().partition(|finding| open[finding.index].spot_m.is_some());
-    let best = spots.into_iter().max_by(|a, b| a.merit.total_cmp(&b.merit));
+    let (patches, mut rest): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|finding| open[finding.index].patch_m.is_some());
+    let best = patches.into_iter().max_by(|a, b| a.merit.total_cmp(&b.merit));
     // Bonferroni: the best of this many.
     let corrected = |p_value: f64| (p_value * tested_places as f64).min(1.0);
     rest.extend(best.map(|best| Finding { p_value: corrected(best.p_value), ..best }));
@@ -264,10 +264,10 @@ fn each_run_by_itself(
     }
     let best = equations.best(&equations.total, model);
     let mut gains: Vec<f64> = equations
-        .units
+        .folds
         .iter()
-        .map(|unit| {
-            let mut sums = unit.sums.clone();
+        .map(|fold| {
+            let mut sums = fold.sums.clone();
             for (column, delta) in model.iter().zip(&best) {
                 sums.right -= sums.gram.column(*column) * *delta;
             }

@@ -1,18 +1,18 @@
 //! By how much more do runs disagree about an effect than their noise explains?
 //!
-//! With the normal equations A, b of each unit (run), m the columns of a model and e those of the effect:
+//! With the normal equations A, b of each fold (run), m the columns of a model and e those of the effect:
 //!
 //! ```text
-//! u_r = b_e - A_em A_mm^-1 b_m of unit r: its score                                  (3)
+//! u_r = b_e - A_em A_mm^-1 b_m of fold r: its score                                  (3)
 //! phi = (n + 1)/n  sum u_r' C^-1 u_r / q after the effect, C = sum cov(u_r)          (4)
 //! ```
 //!
 //! phi, the dispersion, is 1 if the noise is right and the effect is the same in all runs. It is taken as at least 1,
-//! and shrunk towards a prior, as few units tell little about it: an effect that shows in one run is not tested against
+//! and shrunk towards a prior, as few folds tell little about it: an effect that shows in one run is not tested against
 //! that run's noise alone, but against how much runs disagree about everything else ([`scatter`]).
 //!
 //! The gains of an effect that shows in few runs differ widely from run to run, which says nothing against it. Of
-//! the units that it touches, each has one vote, whether it gets better:
+//! the folds that it touches, each has one vote, whether it gets better:
 //!
 //! ```text
 //! touched: d_r^2 = values' cov(u_r) values > 1,    better: 2 values' u_r > d_r^2     (5)
@@ -27,7 +27,7 @@ use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::normal_equations::NormalEquations;
 use crate::numeric::parallel;
 
-/// Weight of the prior, in units: runs disagree about this effect as they do about others.
+/// Weight of the prior, in folds: runs disagree about this effect as they do about others.
 const PRIOR_UNITS: f64 = 4.0;
 /// Fewest degrees of freedom that tell how much runs disagree.
 const FREEDOM_MIN: f64 = 3.0;
@@ -83,15 +83,15 @@ pub(crate) fn run_scatter_in_the_mean(
 fn run_shares(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> Vec<f64> {
     let best = equations.best(&equations.total, model);
     equations
-        .units
+        .folds
         .iter()
-        .filter_map(|unit| {
-            let gram = &unit.sums.gram;
+        .filter_map(|fold| {
+            let gram = &fold.sums.gram;
             let known = |i: usize| equations.priors[i].spread.powi(-2);
             let matrix = DMatrix::from_fn(own.len(), own.len(), |i, j| gram[(own[i], own[j])]);
             let right = DVector::from_fn(own.len(), |i, _| {
                 let explained = model.iter().zip(&best);
-                unit.sums.right[own[i]]
+                fold.sums.right[own[i]]
                     - explained.map(|(j, d)| gram[(own[i], *j)] * d).sum::<f64>()
             });
             let prior = DVector::from_fn(own.len(), |i, _| known(own[i]));
@@ -107,12 +107,12 @@ fn run_shares(equations: &CampaignEquations, model: &[usize], own: &[usize]) -> 
 ///
 /// `None` for a single run: it tells nothing about how runs differ, and whoever shows the result has to say so.
 pub(crate) fn known_from(equations: &CampaignEquations, freedom: f64) -> Option<f64> {
-    let mut runs: Vec<usize> = equations.units.iter().map(|unit| unit.run).collect();
+    let mut runs: Vec<usize> = equations.folds.iter().map(|fold| fold.run).collect();
     runs.dedup();
     (runs.len() > 1).then_some(PRIOR_UNITS + freedom + (runs.len() as f64 - 1.0))
 }
 
-/// How much units disagree about an effect.
+/// How much folds disagree about an effect.
 pub(crate) struct Spread {
     /// Equation (4), and its degrees of freedom.
     pub raw: f64,
@@ -122,7 +122,7 @@ pub(crate) struct Spread {
     /// Equation (5).
     pub touched: usize,
     pub better: usize,
-    /// One unit alone holds nearly all information about it.
+    /// One fold alone holds nearly all information about it.
     pub one_run_alone: bool,
 }
 
@@ -134,7 +134,7 @@ impl Spread {
     }
 }
 
-/// With at least this share of the information about an effect, a unit counts as the only one that shows it.
+/// With at least this share of the information about an effect, a fold counts as the only one that shows it.
 const SINGLE_UNIT_SHARE: f64 = 0.8;
 
 /// Equations (4) and (5), with `delta` the model's values and the effect's.
@@ -175,10 +175,10 @@ pub(crate) fn spread(
     if squared_shares <= 0.0 {
         return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, one_run_alone };
     }
-    // Effective number of units that hold information about it; the fit uses up one of them.
-    let units = shares * shares / squared_shares;
-    let freedom = (units - 1.0).max(0.0);
-    let raw = if freedom > 0.0 { sum / q * units / freedom } else { 1.0 };
+    // Effective number of folds that hold information about it; the fit uses up one of them.
+    let folds = shares * shares / squared_shares;
+    let freedom = (folds - 1.0).max(0.0);
+    let raw = if freedom > 0.0 { sum / q * folds / freedom } else { 1.0 };
     Spread { raw, freedom, own_share, touched, better, one_run_alone }
 }
 
@@ -204,24 +204,24 @@ fn scores(
     let mut scores: Vec<Score> = Vec::new();
     let mut run = None;
     let mut total = DMatrix::zeros(e.len(), e.len());
-    for unit in &equations.units {
-        let left = DVector::from_iterator(both.len(), both.iter().map(|i| unit.sums.right[*i]))
-            - block(&unit.sums, &both, &both) * delta;
+    for fold in &equations.folds {
+        let left = DVector::from_iterator(both.len(), both.iter().map(|i| fold.sums.right[*i]))
+            - block(&fold.sums, &both, &both) * delta;
         let (of_model, of_effect) = (left.rows(0, m.len()), left.rows(m.len(), e.len()));
         let score = of_effect - &projection * of_model;
-        let cross = block(&unit.sums, e, m) * projection.transpose();
-        let covariance = block(&unit.sums, e, e) - &cross - cross.transpose()
-            + &projection * block(&unit.sums, m, m) * projection.transpose();
+        let cross = block(&fold.sums, e, m) * projection.transpose();
+        let covariance = block(&fold.sums, e, e) - &cross - cross.transpose()
+            + &projection * block(&fold.sums, m, m) * projection.transpose();
         total += &covariance;
         match scores.last_mut() {
             // Blocks of one run share its accidents: together they have one vote.
-            Some((sum, known)) if run == Some(unit.run) => {
+            Some((sum, known)) if run == Some(fold.run) => {
                 *sum += score;
                 *known += covariance;
             }
             _ => scores.push((score, covariance)),
         }
-        run = Some(unit.run);
+        run = Some(fold.run);
     }
     (scores, total)
 }

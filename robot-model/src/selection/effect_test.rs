@@ -1,13 +1,13 @@
 //! Tests one effect, given a model: is it there?
 //!
-//! With the normal equations A, b of each unit (run) about the model's best point, and e the effect's columns:
+//! With the normal equations A, b of each fold (run) about the model's best point, and e the effect's columns:
 //!
 //! ```text
 //! gain       = chi^2(model) - chi^2(model + e)                                        (1)
-//! cross-validated gain = sum over units of that gain on a unit, both fitted to all others  (2)
+//! cross-validated gain = sum over folds of that gain on a fold, both fitted to all others  (2)
 //! ```
 //!
-//! The significance of the gain allows for how much the units disagree, by equation (4) of
+//! The significance of the gain allows for how much the folds disagree, by equation (4) of
 //! [`crate::selection::dispersion`]: the p-value is that of gain / phi by Fisher's F, with the degrees of freedom of the
 //! runs plus those of the prior. The search over effects is in [`crate::selection::select`].
 
@@ -15,7 +15,7 @@ use nalgebra::DVector;
 
 use crate::effect::definition::{Effect, Parameter, Role};
 use crate::estimation::campaign_equations::CampaignEquations;
-use crate::estimation::normal_equations::{Columns, Less, Sums};
+use crate::estimation::normal_equations::{Columns, EquationsWithout, Sums};
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::numeric::parallel;
 use crate::recording::run_kind::RunKind;
@@ -59,9 +59,9 @@ pub(crate) struct EffectTest {
     pub p_value: f64,
     /// The same, if the dispersion were known exactly.
     pub p_value_of_many: f64,
-    /// It has a shape, which is fitted to all units: its gain (2) is not altogether cross-validated.
+    /// It has a shape, which is fitted to all folds: its gain (2) is not altogether cross-validated.
     pub has_shape: bool,
-    /// One unit alone holds nearly all information about it. The cross-validated gain is then the one to be expected
+    /// One fold alone holds nearly all information about it. The cross-validated gain is then the one to be expected
     /// on as much data again.
     pub one_run_alone: bool,
     /// Fitted amplitudes.
@@ -70,7 +70,7 @@ pub(crate) struct EffectTest {
     pub implausible: bool,
     /// The greatest share of a column's information that is its own, not the model's as well.
     pub own_share: f64,
-    /// Equation (5) of [`crate::selection::dispersion`]: how many units it touches, and how many of those it improves.
+    /// Equation (5) of [`crate::selection::dispersion`]: how many folds it touches, and how many of those it improves.
     pub touched: usize,
     pub better: usize,
     /// A kind of run that it predicts worse when fitted to the others, and by how much.
@@ -83,7 +83,7 @@ impl EffectTest {
         self.cross_validated_gain > 0.0 && !self.implausible && self.own_share > OWN_SHARE_MIN
     }
 
-    /// Of the units that it touches, not more get worse than better.
+    /// Of the folds that it touches, not more get worse than better.
     pub fn most_agree(&self) -> bool {
         2 * self.better >= self.touched
     }
@@ -100,7 +100,7 @@ impl EffectTest {
     }
 }
 
-/// Gain of an effect, fitted to some units, on others.
+/// Gain of an effect, fitted to some folds, on others.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gain {
     /// chi^2 without it less chi^2 with it.
@@ -127,7 +127,7 @@ impl Gain {
     }
 }
 
-/// The gain on some units of the effect fitted to others.
+/// The gain on some folds of the effect fitted to others.
 fn gain_on(
     equations: &CampaignEquations,
     hypothesis: &Hypothesis<'_>,
@@ -190,16 +190,16 @@ fn test_amplitudes(
     let solution = equations.solve(&equations.total, &both);
     let first = hypothesis.model.len();
     let gain = gain_on(equations, hypothesis, &equations.total, &equations.total).gain;
-    let units: Vec<usize> = (0..equations.units.len()).collect();
-    let on_each = parallel::map(&units, |index| {
+    let folds: Vec<usize> = (0..equations.folds.len()).collect();
+    let on_each = parallel::map(&folds, |index| {
         let others = equations.without([*index]);
-        gain_on(equations, hypothesis, &others, &equations.units[*index].sums).gain
+        gain_on(equations, hypothesis, &others, &equations.folds[*index].sums).gain
     });
     let cross_validated_gain = on_each.into_iter().sum();
     let spread = spread(equations, (hypothesis.model, hypothesis.asked), &solution.delta);
     let dispersion = spread.dispersion(hypothesis.scatter);
     let Spread { own_share, touched, better, one_run_alone, freedom, .. } = spread;
-    // Without the one unit that shows it, it cannot be fitted: in place of the cross-validated gain stands the one
+    // Without the one fold that shows it, it cannot be fitted: in place of the cross-validated gain stands the one
     // to be expected on as much data again, less what chance gives.
     let cross_validated_gain = if one_run_alone {
         gain - 2.0 * hypothesis.asked.len() as f64
@@ -238,7 +238,7 @@ fn test_amplitudes(
 
 /// The kind of run that an effect fitted to the other kinds makes worst, if there is one.
 ///
-/// Where the other kinds do not excite the effect, half of the kind's own units join them. A kind on which it does not act
+/// Where the other kinds do not excite the effect, half of the kind's own folds join them. A kind on which it does not act
 /// says nothing about it: there only the geometry fitted with it differs, and kinds disagree about that whenever anything
 /// else is missing.
 fn worse_kind(
@@ -247,7 +247,7 @@ fn worse_kind(
     values: &[f64],
     dispersion: f64,
 ) -> Option<(RunKind, f64)> {
-    let mut kinds: Vec<RunKind> = equations.units.iter().map(|unit| unit.kind).collect();
+    let mut kinds: Vec<RunKind> = equations.folds.iter().map(|fold| fold.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();
     let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
@@ -257,16 +257,16 @@ fn worse_kind(
     let mut worst = None;
     for kind in kinds {
         let left_out: Vec<usize> = equations
-            .units
+            .folds
             .iter()
             .enumerate()
-            .filter(|(_, unit)| unit.kind == kind)
+            .filter(|(_, fold)| fold.kind == kind)
             .map(|(index, _)| index)
             .collect();
         let on_kind: f64 = left_out
             .iter()
-            .flat_map(|unit| {
-                let gram = &equations.units[*unit].sums.gram;
+            .flat_map(|fold| {
+                let gram = &equations.folds[*fold].sums.gram;
                 hypothesis.asked.iter().map(|column| gram[(*column, *column)])
             })
             .sum();
@@ -275,7 +275,7 @@ fn worse_kind(
         }
         let score = |left_out: &[usize]| {
             let rest = Columns::of(&equations.without(left_out.iter().copied()), &both);
-            let on = Less::new(&equations.total, vec![&rest]);
+            let on = EquationsWithout::new(&equations.total, vec![&rest]);
             let covariance = equations.solve(&rest, &both).covariance;
             let excited = values.iter().enumerate().any(|(j, value)| {
                 covariance[(first + j, first + j)].sqrt() < EXCITED_SHARE * value.abs()

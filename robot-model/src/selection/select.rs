@@ -75,7 +75,7 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     let fitted = best.map_or(fitted, |(_, best)| best);
     // The noise must not depend on the path of the search: it is estimated as for a model chosen by hand.
     // With that noise, too, every effect has to pass.
-    let mut selection = settled(prepared, catalogue, fitted.terms);
+    let mut selection = backward_elimination(prepared, catalogue, fitted.terms);
     while let Some(more) = reconsidered(prepared, catalogue, &selection) {
         selection = more;
     }
@@ -84,7 +84,7 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
 
 /// A model of these effects without those that fail their test in it. If one of them is of radii or track width, these
 /// are all in it, as far as the runs show them.
-pub(crate) fn settled<'a>(
+pub(crate) fn backward_elimination<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
     terms: Vec<Term<'a>>,
@@ -306,11 +306,15 @@ pub(crate) fn is_chance(test: &EffectTest, asked: usize, effects: usize) -> bool
     test.p_value * asked as f64 > false_alarm
 }
 
-/// Whether each effect of the model stands: it passes its test, given all others.
+/// Whether each effect of the model passes its test, given all others.
 ///
 /// Kinds of runs disagree about radii and track width whenever anything else is missing, so this disagreement is no
 /// evidence against them. Where one of these passes, the others stay with it, if the runs show them.
-fn stands(prepared: &Prepared, screening: &Screening<'_>, fitted: &Fitted<'_>) -> Vec<bool> {
+fn passes_given_the_others(
+    prepared: &Prepared,
+    screening: &Screening<'_>,
+    fitted: &Fitted<'_>,
+) -> Vec<bool> {
     let kept = screening.kept();
     let (spoils, unsettled) = (screening.spoils_tracks(prepared), screening.is_unsettled());
     let shown = screening.is_shown();
@@ -334,16 +338,16 @@ fn stands(prepared: &Prepared, screening: &Screening<'_>, fitted: &Fitted<'_>) -
     (0..kept.len()).map(|i| passes[i] || stays(i)).collect()
 }
 
-/// The model without the weakest of the effects that do not stand in it; `None` if all do.
+/// The model without the weakest of the effects that do not pass in it; `None` if all do.
 fn removal<'a>(
     prepared: &Prepared,
     screening: &Screening<'a>,
     fitted: &Fitted<'a>,
 ) -> Option<Vec<Term<'a>>> {
     let kept = screening.kept();
-    let stands = stands(prepared, screening, fitted);
+    let passes = passes_given_the_others(prepared, screening, fitted);
     let worst = (0..kept.len())
-        .filter(|i| !stands[*i])
+        .filter(|i| !passes[*i])
         .min_by(|a, b| kept[*a].cross_validated_gain.total_cmp(&kept[*b].cross_validated_gain))?;
     let mut terms = fitted.terms.clone();
     terms.remove(worst);

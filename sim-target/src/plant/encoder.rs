@@ -123,7 +123,7 @@ impl Encoder {
             offset: 0,
             step,
         };
-        encoder.rewire();
+        encoder.continue_count();
         encoder
     }
 
@@ -141,18 +141,18 @@ impl Encoder {
     }
 
     /// Continues from the present count with the present wiring.
-    fn rewire(&mut self) {
+    fn continue_count(&mut self) {
         self.offset = self.count - self.sign() * self.step.position_after.floor() as i64;
     }
 
     pub fn set_swapped(&mut self, swapped: bool) {
         self.swapped = swapped;
-        self.rewire();
+        self.continue_count();
     }
 
     pub fn set_unplugged(&mut self, unplugged: bool) {
         self.unplugged = unplugged;
-        self.rewire();
+        self.continue_count();
     }
 
     /// Sets the mean rate of false counts, upwards if positive; zero ends them.

@@ -8,10 +8,10 @@
 
 use rand_chacha::ChaCha8Rng;
 
-use super::course::{Course, DT_S, Wheels};
 use super::mechanism::Hidden;
 use super::mechanism_step::{Change, Memory, Step, act};
 use super::normal;
+use super::planned_run::{DT_S, PlannedRun, Wheels};
 
 /// The robot, as its owner knows it; noise as it is.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,7 @@ pub struct Start {
 /// The true pose at each millisecond; without noise if `rng` is `None`.
 pub fn drive(
     body: &Body,
-    (course, wheels): (&Course, &[Wheels]),
+    (run, wheels): (&PlannedRun, &[Wheels]),
     start: Start,
     hidden: &[Hidden],
     mut rng: Option<ChaCha8Rng>,
@@ -74,7 +74,7 @@ pub fn drive(
             heading_rad: pose[2],
             place_m: [pose[0], pose[1]],
             time_s: [t_s, start.time_s + t_s],
-            payload_kg: course.payload_kg,
+            payload_kg: run.payload_kg,
             ..Step::default()
         });
         let changes =
@@ -156,8 +156,8 @@ fn moved(body: &Body, step: &Step, changes: impl Iterator<Item = Change>) -> Mov
 mod tests {
     use core::f64::consts::TAU;
 
-    use super::super::course::{courses, turn_wheels};
     use super::super::mechanism::Mechanism;
+    use super::super::planned_run::{planned_runs, turn_wheels};
     use super::*;
 
     const BODY: Body = Body {
@@ -172,9 +172,9 @@ mod tests {
     const START: Start = Start { pose: [0.0; 3], phi_rad: [0.0; 2], time_s: 0.0 };
 
     fn end(name: &str, hidden: &[Hidden]) -> [f64; 3] {
-        let all = courses(BODY.track_m, BODY.fastest_mps);
-        let course = all.iter().find(|course| course.name == name).unwrap();
-        let poses = drive(&BODY, (course, &turn_wheels(course)), START, hidden, None);
+        let all = planned_runs(BODY.track_m, BODY.fastest_mps);
+        let run = all.iter().find(|run| run.name == name).unwrap();
+        let poses = drive(&BODY, (run, &turn_wheels(run)), START, hidden, None);
         poses[poses.len() - 1]
     }
 

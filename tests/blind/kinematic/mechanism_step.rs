@@ -1,7 +1,7 @@
 //! What does each mechanism do in a step of a millisecond?
 
-use super::course::DT_S;
 use super::mechanism::{Hidden, Mechanism};
+use super::planned_run::DT_S;
 
 /// The payload at which slip by curvature and load has doubled \[kg\].
 const LOAD_KG: f64 = 3.0;

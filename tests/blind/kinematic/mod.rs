@@ -14,17 +14,17 @@
 //!
 //! | module | what it is |
 //! | --- | --- |
-//! | [`course`] | which runs are driven, and how far each wheel has turned at each millisecond |
+//! | [`planned_run`] | which runs are driven, and how far each wheel has turned at each millisecond |
 //! | [`mechanism`] | what can be hidden, with its true parameters and right regressors |
 //! | [`mechanism_step`] | what each mechanism does in a step |
 //! | [`drive`] | equations (1) and (2), and the noise of rolling |
 //! | [`robot`] | a robot drawn by seed, and its recorded campaign |
 //! | [`track_distance`] | how far two tracks lie apart, from the best start |
 
-pub mod course;
 pub mod drive;
 pub mod mechanism;
 pub mod mechanism_step;
+pub mod planned_run;
 pub mod robot;
 pub mod track_distance;
 

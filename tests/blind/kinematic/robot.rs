@@ -4,10 +4,10 @@ use campaign::{Campaign, RobotFile, Row, Run, RunFacts};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::course::{Course, DT_S, Wheels, courses, turn_wheels};
 use super::drive::{Body, Start, drive};
 use super::mechanism::{Hidden, Mechanism};
 use super::normal;
+use super::planned_run::{DT_S, PlannedRun, Wheels, planned_runs, turn_wheels};
 use super::track_distance::Pose;
 
 /// Steps between two rows of counts, two poses, two yaw rates; and the first pose and yaw rate: never at one time.
@@ -84,17 +84,17 @@ impl Robot {
     ) -> Recorded {
         let mut start = Start { pose: [0.0; 3], phi_rad: [0.0; 2], time_s: 0.0 };
         let (mut runs, mut ideal, mut sound) = (Vec::new(), Vec::new(), Vec::new());
-        for (index, course) in
-            courses(self.body.track_m, self.body.fastest_mps).into_iter().enumerate()
+        for (index, run) in
+            planned_runs(self.body.track_m, self.body.fastest_mps).into_iter().enumerate()
         {
-            let wheels = turn_wheels(&course);
+            let wheels = turn_wheels(&run);
             let seed = self.seed.wrapping_mul(0x9e37_79b9).wrapping_add(index as u64);
             let mut placed = ChaCha8Rng::seed_from_u64(seed ^ (1 << 50));
             let off =
                 [self.start[0], self.start[0], self.start[1]].map(|s| s * normal(&mut placed));
-            start.pose = [off[0], off[1], course.heading_rad + off[2]];
+            start.pose = [off[0], off[1], run.heading_rad + off[2]];
             let track = |hidden: &[Hidden], rng: Option<ChaCha8Rng>| {
-                drive(&self.body, (&course, &wheels), start, hidden, rng)
+                drive(&self.body, (&run, &wheels), start, hidden, rng)
             };
             let rolling = ChaCha8Rng::seed_from_u64(seed ^ (1 << 51));
             let driven = track(hidden, Some(rolling));
@@ -102,7 +102,7 @@ impl Robot {
             let rows = self.rows(&wheels, &driven, start.phi_rad, hidden, noise);
             ideal.push(see(&track(hidden, None), hidden));
             sound.push(see(&track(always, None), always));
-            runs.push(run(index, &course, start.time_s, rows));
+            runs.push(recorded_run(index, &run, start.time_s, rows));
             let last = wheels[wheels.len() - 1].rolled_m;
             start.phi_rad = [0, 1].map(|i| start.phi_rad[i] + last[i] / self.body.radius_m);
             start.time_s += wheels.len() as f64 * DT_S + BETWEEN_S;
@@ -204,13 +204,13 @@ fn see(track: &[Pose], hidden: &[Hidden]) -> Vec<(f64, Pose)> {
     seen.collect()
 }
 
-fn run(index: usize, course: &Course, started_s: f64, rows: Vec<Row>) -> Run {
-    let name = format!("{:02}_{}", index + 1, course.name);
+fn recorded_run(index: usize, run: &PlannedRun, started_s: f64, rows: Vec<Row>) -> Run {
+    let name = format!("{:02}_{}", index + 1, run.name);
     let facts = RunFacts {
         name: name.clone(),
         started_s: Some(started_s),
-        payload_kg: (course.payload_kg > 0.0).then_some(course.payload_kg),
-        held_out: course.held_out,
+        payload_kg: (run.payload_kg > 0.0).then_some(run.payload_kg),
+        held_out: run.held_out,
         ..RunFacts::default()
     };
     Run { name, facts, rows }

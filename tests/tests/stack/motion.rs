@@ -57,7 +57,7 @@ async fn subscribed(robot: &mut Robot) {
     robot.tell(Command::Subscribe { period_ms: 1 }).await;
 }
 
-async fn settled(robot: &mut Robot) -> (Vec<Telemetry>, Option<MotionEnd>) {
+async fn finished(robot: &mut Robot) -> (Vec<Telemetry>, Option<MotionEnd>) {
     let id = robot.session.status().await.expect("it answers").motion.expect("it drove");
     robot.finish(id).await;
     let status = robot.session.status().await.expect("it answers");
@@ -103,7 +103,7 @@ fn reversing_in_the_middle_of_a_cruise_does_not_jump() {
         subscribed(robot).await;
         robot.cruise(&meters(2.0, 2.0, 0.3, 0.5), 2.0).await;
         robot.drive(&meters(-0.3, -0.3, 0.3, 0.5)).await.expect("accepted");
-        let (telemetry, end) = settled(robot).await;
+        let (telemetry, end) = finished(robot).await;
         assert_eq!(end, Some(MotionEnd::Completed));
         let largest = check_no_jump(&telemetry, 0.5);
         // Two-sided: a plan that is too slow would meet any upper bound.
@@ -120,7 +120,7 @@ fn a_stop_in_the_middle_of_a_ramp_does_not_jump_and_leaves_the_robot_armed() {
         // Sent twice, it is a retry.
         robot.tell(Command::Stop).await;
         robot.renew(id, 0.1).await;
-        let (telemetry, end) = settled(robot).await;
+        let (telemetry, end) = finished(robot).await;
         assert_eq!((end, robot.state().await), (Some(MotionEnd::Stopped), State::Armed));
         check_no_jump(&telemetry, 0.5);
     });
@@ -142,7 +142,7 @@ fn any_motion_may_replace_any_other_without_a_jump() {
                 let id = robot.drive(second).await.expect("accepted");
                 robot.renew(id, 0.35).await;
                 robot.drive(first).await.expect("accepted");
-                let (telemetry, end) = settled(robot).await;
+                let (telemetry, end) = finished(robot).await;
                 assert_eq!(end, Some(MotionEnd::Completed));
                 check_no_jump(&telemetry, 0.5);
             });
@@ -159,7 +159,7 @@ fn disarming_while_driving_stops_first_and_then_lets_go() {
         assert_eq!(robot.state().await, State::Stopping);
         assert!(matches!(robot.drive(&meters(1.0, 1.0, 0.3, 0.5)).await, Err(Refusal::State(_))));
         robot.renew(id, 0.2).await;
-        let (telemetry, end) = settled(robot).await;
+        let (telemetry, end) = finished(robot).await;
         assert_eq!((end, robot.state().await), (Some(MotionEnd::Stopped), State::Idle));
         check_no_jump(&telemetry, 0.5);
         robot.listen(0.01).await;
@@ -175,7 +175,7 @@ fn a_motion_that_replaces_another_goes_as_far_as_it_says_from_where_it_began() {
         let at_um = |t: &Telemetry| t.wheels.left.setpoint_um as f64;
         let from_um = robot.session.take_telemetry().last().map(|t| at_um(&t)).expect("telemetry");
         robot.drive(&meters(0.5, 0.5, 0.3, 0.5)).await.expect("accepted");
-        let (telemetry, _) = settled(robot).await;
+        let (telemetry, _) = finished(robot).await;
         let tracked = telemetry.iter().rfind(|t| t.state == State::Driving).expect("it drove");
         let way_um = at_um(tracked) - from_um;
         // The plan starts 10 ticks ahead, at 0.3 m/s: 3 mm; the last telemetry is a tick old.
@@ -201,7 +201,7 @@ fn a_drive_that_is_refused_leaves_the_motion_of_another_host_alone() {
         let status = robot.session.status().await.expect("it answers");
         assert_eq!((status.state, status.motion), (State::Driving, Some(id)));
         robot.session = driver;
-        let (_, end) = settled(robot).await;
+        let (_, end) = finished(robot).await;
         assert_eq!(end, Some(MotionEnd::Completed), "to its own target");
     });
 }

@@ -176,7 +176,7 @@ impl WheelMonitor {
             Some(Fault::EncoderDead)
         } else if goes_on && self.runs_against_motor(limits, view, supply_scale) {
             Some(Fault::EncoderReversed)
-        } else if self.stands(limits, positions, too_far) || self.creeps(limits, positions) {
+        } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
         } else if self.is_stuck_at_rest(limits, view) {
             Some(Fault::Stall)
@@ -242,7 +242,7 @@ impl WheelMonitor {
     /// ahead of its motion.
     ///
     /// `too_far`: the error is above its limit already, so there is no time to wait.
-    fn stands(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
+    fn is_stalled(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
         let since = positions.since(self.last.positions).setpoint;
         let advance = since.abs();
         let error = positions.setpoint.wrapping_sub(positions.travel);

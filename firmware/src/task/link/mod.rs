@@ -154,8 +154,8 @@ fn pass_on<M: RawMutex>(
             let changes = request.command.needs_lease();
             // What was sent before a stop has no turn after it; the stop itself is obeyed whenever it comes.
             let counts = changes || is_stop(&request.command);
-            let in_turn = !counts || sessions.in_turn(request.session, request.id);
-            if changes && !in_turn {
+            let in_order = !counts || sessions.accept_in_order(request.session, request.id);
+            if changes && !in_order {
                 return Err(Refused::Again);
             }
         }

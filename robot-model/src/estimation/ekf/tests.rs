@@ -87,7 +87,7 @@ struct Rows {
     rows: Vec<Vec<f64>>,
 }
 
-impl Sink for Rows {
+impl FilterObserver for Rows {
     fn row(&mut self, innovation: Innovation, row: &[f64]) {
         self.residuals.push(innovation.value / innovation.variance.sqrt());
         self.rows.push(row.to_vec());

@@ -40,7 +40,7 @@ impl Leg {
 
 /// One run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Course {
+pub struct PlannedRun {
     /// Its name.
     pub name: String,
     /// Which way the robot faces at its start \[rad\].
@@ -54,8 +54,8 @@ pub struct Course {
 }
 
 /// The usual campaign of a robot with this track, its wheels no faster than `fast_mps`.
-pub fn courses(track_m: f64, fast_mps: f64) -> Vec<Course> {
-    let course = |name: &str, heading_rad, legs| Course {
+pub fn planned_runs(track_m: f64, fast_mps: f64) -> Vec<PlannedRun> {
+    let run = |name: &str, heading_rad, legs| PlannedRun {
         name: name.into(),
         heading_rad,
         payload_kg: 0.0,
@@ -66,38 +66,38 @@ pub fn courses(track_m: f64, fast_mps: f64) -> Vec<Course> {
         vec![Leg::straight(1.6, speed_mps * fast_mps), Leg::straight(-1.6, speed_mps * fast_mps)]
     };
     let rest = Leg { wheels_m: [0.0; 2], speed_mps: 0.0, rest_s: 5.0 };
-    let mut all = vec![course("rest", 0.0, vec![rest])];
+    let mut all = vec![run("rest", 0.0, vec![rest])];
     for (quarter, share) in [0.35, 1.0, 0.6, 0.85].into_iter().enumerate() {
         let name = format!("out_and_back_{}", ["east", "north", "west", "south"][quarter]);
-        all.push(course(&name, quarter as f64 * FRAC_PI_2, back(share)));
+        all.push(run(&name, quarter as f64 * FRAC_PI_2, back(share)));
     }
     for (pace, share) in [("slow", 0.35), ("fast", 0.9)] {
         for (way, sign) in [("left", 1.0), ("right", -1.0)] {
             let spin = Leg::spin(sign * 2.0 * TAU, share * fast_mps, track_m);
-            all.push(course(&format!("spin_{pace}_{way}"), 0.0, vec![spin]));
+            all.push(run(&format!("spin_{pace}_{way}"), 0.0, vec![spin]));
         }
     }
     for (size, tracks) in [("small", 1.0), ("large", 2.2)] {
         for (pace, share) in [("slow", 0.4), ("fast", 1.0)] {
             for (way, sign) in [("left", 1.0), ("right", -1.0)] {
                 let arc = Leg::arc(tracks * track_m, sign * 0.9 * TAU, share * fast_mps, track_m);
-                all.push(course(&format!("arc_{size}_{pace}_{way}"), 0.0, vec![arc]));
+                all.push(run(&format!("arc_{size}_{pace}_{way}"), 0.0, vec![arc]));
             }
         }
     }
     for (way, sign) in [("left", 1.0), ("right", -1.0)] {
         let corner = Leg::spin(sign * FRAC_PI_2, 0.4 * fast_mps, track_m);
         let side = [Leg::straight(0.9, 0.7 * fast_mps), corner];
-        all.push(Course {
+        all.push(PlannedRun {
             held_out: true,
-            ..course(&format!("square_{way}"), 0.0, side.repeat(4))
+            ..run(&format!("square_{way}"), 0.0, side.repeat(4))
         });
     }
-    let loaded = |run: Course| Course { payload_kg: 3.0, ..run };
-    all.push(loaded(course("out_and_back_loaded", 0.0, back(0.5))));
+    let loaded = |run: PlannedRun| PlannedRun { payload_kg: 3.0, ..run };
+    all.push(loaded(run("out_and_back_loaded", 0.0, back(0.5))));
     let arc = Leg::arc(track_m, 0.9 * TAU, 0.6 * fast_mps, track_m);
-    all.push(loaded(course("arc_loaded", 0.0, vec![arc])));
-    all.push(course("out_and_back_again", 0.0, back(0.35)));
+    all.push(loaded(run("arc_loaded", 0.0, vec![arc])));
+    all.push(run("out_and_back_again", 0.0, back(0.35)));
     all
 }
 
@@ -113,7 +113,7 @@ pub struct Wheels {
 }
 
 /// The wheels at each millisecond of a run, with a pause before and after each leg.
-pub fn turn_wheels(course: &Course) -> Vec<Wheels> {
+pub fn turn_wheels(run: &PlannedRun) -> Vec<Wheels> {
     let steps = |duration_s: f64| (duration_s / DT_S).round() as usize;
     let mut wheels = vec![Wheels::default()];
     let mut at_m = [0.0; 2];
@@ -121,7 +121,7 @@ pub fn turn_wheels(course: &Course) -> Vec<Wheels> {
         let there = Wheels { rolled_m: at_m, ..Wheels::default() };
         wheels.extend(core::iter::repeat_n(there, steps(duration_s)));
     };
-    for leg in &course.legs {
+    for leg in &run.legs {
         still(&mut wheels, at_m, PAUSE_S + leg.rest_s);
         let farther_m = leg.wheels_m[0].abs().max(leg.wheels_m[1].abs());
         let profile = Trapezoid::new(farther_m, leg.speed_mps);
@@ -178,12 +178,12 @@ mod tests {
 
     #[test]
     fn wheels_roll_as_far_as_their_legs_and_never_jump() {
-        for course in courses(0.35, 0.35) {
-            let wheels = turn_wheels(&course);
+        for run in planned_runs(0.35, 0.35) {
+            let wheels = turn_wheels(&run);
             let last = wheels[wheels.len() - 1].rolled_m;
             for i in 0..2 {
-                let whole_m: f64 = course.legs.iter().map(|leg| leg.wheels_m[i]).sum();
-                assert!((last[i] - whole_m).abs() < 1e-9, "{} {last:?}", course.name);
+                let whole_m: f64 = run.legs.iter().map(|leg| leg.wheels_m[i]).sum();
+                assert!((last[i] - whole_m).abs() < 1e-9, "{} {last:?}", run.name);
                 // The last step of a leg is up to a step away from its end, at hardly any speed.
                 let most_m = 0.35 * DT_S + 1e-6;
                 assert!(
@@ -191,7 +191,7 @@ mod tests {
                         .windows(2)
                         .all(|pair| { (pair[1].rolled_m[i] - pair[0].rolled_m[i]).abs() < most_m }),
                     "{}",
-                    course.name
+                    run.name
                 );
             }
         }

@@ -80,6 +80,14 @@ impl Step {
     pub fn turn_rate_rad_s(&self) -> f64 {
         self.wheel_speed_mps.difference() / self.track_width_m
     }
+
+    /// Sharpness of the turn, chi = |omega| b / (2 |v| + |omega| b): 0 on a straight, 1 in a spin; at rest, where it is
+    /// neither, 0.
+    pub fn turn_sharpness(&self) -> f64 {
+        let rim_mps = self.turn_rate_rad_s().abs() * self.track_width_m;
+        let both_mps = 2.0 * self.speed_mps().abs() + rim_mps;
+        if both_mps > 0.0 { rim_mps / both_mps } else { 0.0 }
+    }
 }
 
 /// A run as steps.

@@ -161,13 +161,24 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
         },
     },
     AuxiliaryEffect {
+        regressor: Regressor::TurnRate,
+        act: |p, step, _| {
+            let omega = step.turn_rate_rad_s().abs();
+            let travel = WheelPair::both(p[0] * omega + p[1] * step.turn_sharpness());
+            Change { travel, ..Change::NONE }
+        },
+    },
+    AuxiliaryEffect {
         regressor: Regressor::TravelDirection,
         act: |p, step, _| {
-            let v = step.speed_mps();
+            // In a spin the middle goes nowhere, whatever the sign of its last bit.
+            let ds_m = step.travel_m();
+            let forwards = if ds_m.abs() > f64::EPSILON { ds_m.signum() } else { 0.0 };
             Change {
-                travel: WheelPair::both(p[0] * v.signum()),
-                turn_rad: p[1] * step.travel_m().abs() + p[2] * step.travel_m(),
-                sideways_m: p[3] * step.travel_m(),
+                travel: WheelPair::both(p[0] * forwards),
+                turn_rad: p[1] * ds_m.abs(),
+                turning: p[2] * forwards,
+                sideways_m: p[3] * ds_m,
                 ..Change::NONE
             }
         },

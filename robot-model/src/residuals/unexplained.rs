@@ -140,15 +140,16 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
     let many = prepared.runs.len() >= MANY_RUNS;
     let mut within = 1.0;
+    let (base, mut between, mut taken) = (model.clone(), 1.0, Vec::new());
     for _ in 0..ROUNDS_MAX {
-        if open.is_empty() || found.depends_on.len() == DEPENDS_ON_MAX {
+        if open.is_empty() || count_of_regressors(&taken) == DEPENDS_ON_MAX {
             break;
         }
         // Places do not measure how much runs disagree: most runs hardly see most places.
         let usual = open.iter().filter(|regressor| regressor.patch_m.is_none());
         let usual = usual.map(|regressor| (&model[..], &regressor.columns[..]));
         within = scatter(&equations, usual);
-        let between = within.max(run_scatter_in_the_mean(&equations, &model, &own));
+        between = within.max(run_scatter_in_the_mean(&equations, &model, &own));
         let findings = findings(&equations, &model, &open, (within, between), many, tested);
         let p_values: Vec<f64> = findings.iter().map(|finding| finding.p_value).collect();
         let rates = false_discovery_rates(&p_values);
@@ -163,15 +164,19 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         else {
             break;
         };
-        let taken = open.remove(best.index);
         found.structure = true;
-        if !found.depends_on.contains(&taken.regressor) {
-            found.depends_on.push(taken.regressor);
-        }
-        found.place_m = found.place_m.or(taken.patch_m);
-        model.extend(taken.columns);
+        let best = open.remove(best.index);
+        found.place_m = found.place_m.or(best.patch_m);
+        model.extend(&best.columns);
+        taken.push(best);
     }
     found.places = seen;
+    let taken = by_own_gain(&equations, &base, taken, (within, between));
+    for regressor in taken.into_iter().map(|one| one.regressor) {
+        if !found.depends_on.contains(&regressor) {
+            found.depends_on.push(regressor);
+        }
+    }
     if counts_start_anew(prepared) && !found.depends_on.contains(&Regressor::WheelAngle) {
         let p_value = |wave: &Vec<usize>| each_run_by_itself(&equations, (&model, wave), within);
         let p_value = waves.iter().map(p_value).fold(1.0, f64::min);
@@ -181,6 +186,48 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         }
     }
     found
+}
+
+fn count_of_regressors(taken: &[OpenRegressor<'_>]) -> usize {
+    let repeated = |index: &usize| {
+        taken[..*index].iter().any(|earlier| earlier.regressor == taken[*index].regressor)
+    };
+    (0..taken.len()).filter(|index| !repeated(index)).count()
+}
+
+/// Regressors by what each explains beside all others, most first; without those that explain nothing any more.
+///
+/// What is taken first may only resemble two that are taken after it, and together explain more.
+fn by_own_gain<'a>(
+    equations: &CampaignEquations,
+    base: &[usize],
+    mut taken: Vec<OpenRegressor<'a>>,
+    (within, between): (f64, f64),
+) -> Vec<OpenRegressor<'a>> {
+    loop {
+        let own = |index: usize| {
+            let others = taken.iter().enumerate().filter(|(other, _)| *other != index);
+            let others = others.flat_map(|(_, one)| one.columns.iter().copied());
+            let model: Vec<usize> = base.iter().copied().chain(others).collect();
+            let OpenRegressor { columns: asked, effect, .. } = &taken[index];
+            let scatter = if taken[index].is_of_runs() { between } else { within };
+            let hypothesis = Hypothesis { model: &model, asked, effect: *effect, scatter };
+            let test = test_effect(equations, &hypothesis);
+            let counts = test.cross_validated_gain > 0.0 && test.p_value < FALSE_DISCOVERY_RATE;
+            (counts, test.cross_validated_gain / test.dispersion)
+        };
+        let mut order: Vec<(usize, (bool, f64))> =
+            (0..taken.len()).map(|index| (index, own(index))).collect();
+        order.sort_by(|(_, (_, a)), (_, (_, b))| b.total_cmp(a));
+        match order.last() {
+            Some(&(index, (false, _))) if taken.len() > 1 => drop(taken.remove(index)),
+            _ => {
+                let mut slots: Vec<Option<OpenRegressor<'a>>> =
+                    taken.into_iter().map(Some).collect();
+                return order.iter().filter_map(|(index, _)| slots[*index].take()).collect();
+            }
+        }
+    }
 }
 
 /// The model's terms, then the auxiliary effects, the places, and what may differ from run to run.

@@ -21,9 +21,7 @@ impl Effect for Scrub {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-        let rim_mps = step.turn_rate_rad_s().abs() * step.track_width_m;
-        let both_mps = 2.0 * step.speed_mps().abs() + rim_mps;
-        let chi = if both_mps > 0.0 { rim_mps / both_mps } else { 0.0 };
+        let chi = step.turn_sharpness();
         Change { turning: (p[0] * chi + 1.0).recip() - 1.0, ..Change::NONE }
     }
 }

@@ -1,8 +1,13 @@
 //! Are the effects of known robots found, and no others?
 
+use crate::effect::composition::Term;
+use crate::effect::definition::{Change, Facts, Memory, Parameter};
 use crate::effect::{CATALOGUE, Effect};
 use crate::explain::{Answer, explain, explain_given, explain_with};
+use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::Campaign;
+use crate::recording::motion::Step;
 use crate::residuals::Regressor;
 use crate::tests::synthetic::{ALONE, campaign, end_poses_only, full_plan, part_of_plan, term};
 
@@ -155,6 +160,37 @@ fn an_effect_outside_the_catalogue_is_flagged_and_what_it_depends_on_is_named() 
     let answer = explain_with(&campaign(&full_plan(), &truth, 9), &less).unwrap();
     assert!(answer.unexplained.structure);
     assert_eq!(answer.unexplained.depends_on[0], Regressor::WheelAngle);
+}
+
+/// Wheels that roll less far the sharper the turn: ds -> ds (1 - k chi).
+#[derive(Debug)]
+struct SlipInTurns;
+
+impl Effect for SlipInTurns {
+    fn facts(&self) -> Facts<'_> {
+        const K: &[Parameter] = &[Parameter::amplitude("k", "1", 0.1)];
+        Facts { id: "slip_in_turns", parameters: K, ..Facts::DEFAULT }
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        Change { travel: WheelPair::both(-p[0] * step.turn_sharpness()), ..Change::NONE }
+    }
+}
+
+#[test]
+fn slip_in_turns_depends_on_the_turn_rate_and_not_on_the_direction_in_which_turns_were_driven() {
+    // Arcs and squares are driven forwards only, so the direction of travel resembles what happens in turns.
+    for seed in [9, 10, 11] {
+        let truth = [Term::new(&SlipInTurns, vec![0.02])];
+        let answer = explain(&campaign(&full_plan(), &truth, seed)).unwrap();
+        assert_eq!(
+            answer.unexplained.depends_on.first(),
+            Some(&Regressor::TurnRate),
+            "{seed} {:?} {:?}",
+            found(&answer),
+            answer.unexplained.depends_on
+        );
+    }
 }
 
 #[test]

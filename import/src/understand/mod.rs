@@ -6,6 +6,7 @@
 //! ```
 
 mod nominal;
+mod together;
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -17,14 +18,15 @@ use robot_model::recording::{
     Campaign, GyroSample, PoseMeasurement, Recording, RunKind, WheelSample,
 };
 
-use crate::alignment::{AlignError, Alignment, Speeds, align, speeds};
-use crate::cut::{Begins, CutOptions, Piece, cut};
+use crate::alignment::{Alignment, Speeds};
+use crate::cut::{Begins, CutOptions, Piece, ROLLED_MIN_RAD, cut};
 use crate::gyro::yaw_rates;
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::mend::{mend, words};
 use crate::plane::{FlatPose, flat};
 use crate::turns;
 use nominal::{in_radians, robot};
+use together::together;
 
 /// What the user says about robot and log.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -128,6 +130,12 @@ pub fn understand(
             ));
         }
     }
+    if turns::are_of_two_robots(&wheels) {
+        let problem =
+            format!("{} goes to and fro from sample to sample, as of two robots", wheels.what);
+        let hint = "record each robot under a name of its own, as /robot1/joint_states";
+        return Err(error(&wheels.file, problem, hint));
+    }
     let mut notes: Vec<Note> =
         turns::unwrap(&mut wheels).into_iter().map(|said| Note::new(&wheels.file, said)).collect();
     let counts_per_rev = in_radians(&mut wheels, hints)?;
@@ -135,9 +143,8 @@ pub fn understand(
     notes.extend(said.map(|said| Note::new(&wheels.file, said)));
     let mut flat = flat(poses);
     notes.extend(flat.said.drain(..).map(|said| Note::new(&poses.file, said)));
-    let speeds = speeds(&wheels.t_s, &wheels.turned, &flat.poses)
-        .ok_or_else(|| error(&wheels.file, "it has no duration", "record for longer"))?;
-    let alignment = align(&speeds).map_err(|why| not_aligned(&wheels, poses, why))?;
+    let (speeds, alignment, said) = together(&mut wheels, poses, &flat.poses, hints)?;
+    notes.extend(said);
     let are_related = same_clock && alignment.late_s.abs() < DELAY_MAX_S;
     let late_s = if are_related { 0.0 } else { alignment.late_s };
     flat.poses.iter_mut().for_each(|pose| pose.t_s -= late_s);
@@ -145,7 +152,10 @@ pub fn understand(
     let pieces = cut(&wheels.t_s, &wheels.turned, &flat.poses, hints.cut);
     if pieces.is_empty() {
         let hint = "a run begins and ends at standstill; give a log in which the robot drives";
-        return Err(error(&wheels.file, "the robot drives nowhere in this log", hint));
+        let problem = format!(
+            "the robot drives nowhere in this log: in no move does a wheel turn by {ROLLED_MIN_RAD} rad"
+        );
+        return Err(error(&wheels.file, problem, hint));
     }
     let mut understood = Understood {
         robot,
@@ -161,57 +171,6 @@ pub fn understand(
     understood.finish(&wheels.file, &poses.file, are_related)?;
     understood.take_supply(&wheels.beside.supply_v);
     Ok(understood)
-}
-
-fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignError {
-    let (of_wheels, of_poses) = (&wheels.what, &poses.what);
-    match why {
-        AlignError::NoMotion { of_wheels: true } => error(
-            &wheels.file,
-            format!("the wheels ({of_wheels}) never turn"),
-            "choose others with --wheels or --map",
-        ),
-        AlignError::NoMotion { of_wheels: false } => error(
-            &poses.file,
-            format!("the poses ({of_poses}) never move"),
-            "choose others with --pose or --map",
-        ),
-        AlignError::NothingInCommon { misfit } => error(
-            &poses.file,
-            format!(
-                "wheels ({of_wheels}) and poses ({of_poses}) have no motion in common: {:.0} % of it differ at best{}",
-                100.0 * misfit,
-                not_overlapping(wheels, poses)
-            ),
-            "check that both are of the same robot and drive, and which joint is left and which right",
-        ),
-        AlignError::Ambiguous { lags_s: [a, b] } => error(
-            &poses.file,
-            format!(
-                "the clocks of wheels and poses may differ by {a:.2} s or by {b:.2} s: the motion repeats itself"
-            ),
-            "record a longer log, with stops of different lengths",
-        ),
-    }
-}
-
-/// How far apart both logs are by their stamps, in words that follow others, if they do not overlap.
-fn not_overlapping(wheels: &WheelLog, poses: &PoseLog) -> String {
-    let (Some([from_s, to_s]), Some([first_s, last_s])) = (
-        wheels.t_s.first().zip(wheels.t_s.last()).map(|(from, to)| [*from, *to]),
-        poses.poses.first().zip(poses.poses.last()).map(|(from, to)| [from.t_s, to.t_s]),
-    ) else {
-        return String::new();
-    };
-    match (first_s - to_s, from_s - last_s) {
-        (after_s, _) if after_s > 0.0 => {
-            format!(", and the poses begin {after_s:.1} s after the wheels end")
-        }
-        (_, before_s) if before_s > 0.0 => {
-            format!(", and the poses end {before_s:.1} s before the wheels begin")
-        }
-        _ => String::new(),
-    }
 }
 
 impl Understood {

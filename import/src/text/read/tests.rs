@@ -84,7 +84,12 @@ fn a_file_that_ends_in_the_middle_of_a_line_is_read_up_to_there() {
 fn two_columns_for_one_quantity_are_an_error_unless_one_is_named() {
     let text = "t_s,left_rad,right_rad,left_rad\n0,1,2,3\n1,2,3,4\n";
     let error = parsed(text, "").unwrap_err().to_string();
-    assert!(error.contains("both columns `left_rad` and `left_rad` may be left_rad; give them different names"), "{error}");
+    assert!(
+        error.contains(
+            "both columns `left_rad` and `left_rad` may be left_rad; give them different names"
+        ),
+        "{error}"
+    );
     let text = "time,stamp,left_rad,right_rad\n5,0,2,3\n6,1,3,4\n";
     let error = parsed(text, "").unwrap_err().to_string();
     assert!(error.contains("name the one that is: --map t_s=time"), "{error}");
@@ -121,12 +126,7 @@ fn headings_in_degrees_are_converted_and_what_may_be_either_is_asked() {
 fn poses_that_stand_until_the_next_are_taken_once() {
     let row = |k: u32| {
         let held = f64::from(k / 4 * 4);
-        format!(
-            "{},{k},{k},{},{}\n",
-            f64::from(k) * 0.01,
-            1e-3 * held + 1e-6 * held * held,
-            2e-4 * held
-        )
+        format!("{},{k},{k},{},{}\n", f64::from(k) * 0.01, 1e-5 * held * held, 2e-4 * held)
     };
     let text = format!("t_s,left_rad,right_rad,x_m,y_m\n{}", (0..400).map(row).collect::<String>());
     let logs = parsed(&text, "").unwrap();

@@ -31,8 +31,6 @@ def explained(folder):
         explanation = campaign.explain()
     except beeline.BeelineError as error:
         return folder, None, None, str(error), time.process_time() - began
-    # The model stays where it is: the next step fits another.
-    explanation = dataclasses.replace(explanation, model=None)
     return folder, campaign.robot, explanation, None, time.process_time() - began
 
 

@@ -127,8 +127,8 @@ class Campaign:
 
     def explain(self, tolerance_m: float | None = None) -> Explanation:
         """Which effects are missing? As ``beeline explain``."""
-        told, model = self._read.explain(tolerance_m)
-        return Explanation.of(json.loads(told), model)
+        told, known, model = self._read.explain(tolerance_m)
+        return Explanation.of(json.loads(told), json.loads(known), model)
 
     def compare(self, model: Model | Explanation | Fit | None = None) -> Comparison:
         """How far is a model off, and where? As ``beeline compare``; without a model, that of the folder's model.toml."""

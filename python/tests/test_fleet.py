@@ -1,6 +1,8 @@
 """Is a fleet judged as `beeline fleet` judges it?"""
 
 import json
+import pickle
+import shutil
 
 import numpy as np
 
@@ -52,6 +54,27 @@ def test_the_parts_give_what_the_command_gives(tmp_path):
     ratio = judged["wheel_radius_ratio"]
     assert [robot.is_unlike for robot in ratio.robots] == [False, False, False, True] and ratio.is_common
     assert all(robot.trend and not robot.trend.is_there for robot in ratio.robots)
+
+
+def test_effects_of_a_model_file_are_common_too(tmp_path):
+    for name in ("ada", "bob"):
+        record(tmp_path / name / "runs", 0.02, 3)
+    folders = [tmp_path / name / "runs" for name in ("ada", "bob")]
+    command("model", "add", "wheel_radius_ratio", folders[0])
+    told = [Campaign.from_folder(folder).explain() for folder in folders]
+    assert [one.effect for one in told[0].known] == ["wheel_radius_ratio"]
+    # Of the folder's own equation, only if all have it.
+    for folder in folders:
+        shutil.rmtree(folder)
+        record(folder, 0.02, 3)
+    for number, folder in enumerate(folders, 1):
+        command("model", "add", "--custom", "dtheta/ds = k * v", "--name", "my_bend", folder)
+        # As other processes get them.
+        told = [pickle.loads(pickle.dumps(Campaign.from_folder(folder).explain())) for folder in folders]
+        common = fleet.common_effects(told)
+        assert ("my_bend" in common) == (number == 2), common
+    for folder in folders:
+        assert np.isfinite(Campaign.from_folder(folder).fit(common)["my_bend"].parameters[0].value)
 
 
 def test_what_is_no_number_is_left_out():

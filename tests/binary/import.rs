@@ -360,6 +360,8 @@ fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_re
     {
         assert!(listed.contains(topic), "{listed}");
     }
+    let has = |topic: &str| listed.lines().any(|line| line.contains(topic));
+    assert!(has("/dynamic_joint_states") && has("/battery_state"), "{listed}");
     let (bag, runs) = (temp.read("drive.mcap"), temp.path("mine/runs"));
     temp.run_with(
         &[
@@ -382,6 +384,14 @@ fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_re
         rows.iter().rev().find_map(|row| Some([row.x_m?, row.y_m?])).unwrap()
     };
     let (recorded, imported) = (last("mine"), last("imported"));
+    let volts = |folder: &str| {
+        let runs = std::fs::read_dir(temp.path(folder).join("runs")).unwrap();
+        let (rows, _) =
+            ::campaign::read_run(&runs.map(|run| run.unwrap().path()).next().unwrap()).unwrap();
+        let all: Vec<f64> = rows.iter().filter_map(|row| row.bus_v).collect();
+        all.iter().sum::<f64>() / all.len() as f64
+    };
+    assert!((volts("mine") - volts("imported")).abs() < 0.05, "{} V", volts("imported"));
     // The bag has both; the import cuts the run where the robot rests.
     let off_m = (recorded[0] - imported[0]).hypot(recorded[1] - imported[1]);
     assert!(off_m < 5e-3, "{recorded:?} {imported:?}");

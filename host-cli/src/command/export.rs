@@ -54,7 +54,9 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
         ExportFormat::Json => text(common, args, &format!("{:#}\n", to_json(&controller))),
         ExportFormat::Csv => text(common, args, &table(&trajectories())),
         ExportFormat::Mcap => {
-            let bytes = bag(&trajectories()).context("cannot make the bag")?;
+            let mut trajectories = trajectories();
+            Trajectory::add_telemetry(&mut trajectories, &read.runs);
+            let bytes = bag(&trajectories).context("cannot make the bag")?;
             let Some(file) = &args.output else { return Ok(()) };
             write_new(file, &bytes, args.force)?;
             told(common, file, &format!("a ROS 2 bag of {}", runs(campaign.runs.len())));

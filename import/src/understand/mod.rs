@@ -5,6 +5,7 @@
 //! poses  --plane---> floor   --+--align--> one clock --cut----+
 //! ```
 
+mod hints;
 mod nominal;
 mod together;
 
@@ -19,31 +20,15 @@ use robot_model::recording::{
 };
 
 use crate::alignment::{Alignment, Speeds};
-use crate::cut::{Begins, CutOptions, Piece, ROLLED_MIN_RAD, cut};
+use crate::cut::{Begins, Piece, ROLLED_MIN_RAD, cut};
 use crate::gyro::yaw_rates;
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::mend::{mend, words};
 use crate::plane::{FlatPose, flat};
 use crate::turns;
+pub use hints::Hints;
 use nominal::{in_radians, robot};
 use together::together;
-
-/// What the user says about robot and log.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Hints {
-    /// What the robot is called.
-    pub name: Option<String>,
-    /// Nominal radius of both wheels \[m\].
-    pub wheel_radius_m: Option<f64>,
-    /// Nominal track width \[m\].
-    pub track_width_m: Option<f64>,
-    /// Counts per encoder revolution, where wheels are in counts.
-    pub counts_per_rev: Option<f64>,
-    /// Encoder revolutions per wheel revolution.
-    pub gear_reduction: Option<f64>,
-    /// Where the log is cut.
-    pub cut: CutOptions,
-}
 
 /// A log, understood.
 #[derive(Clone, Debug)]
@@ -167,9 +152,11 @@ pub fn understand(
         speeds: Some((speeds, alignment)),
     };
     understood.take_runs(&wheels, &flat.poses, &pieces);
+    drop(flat);
+    let WheelLog { file, beside, .. } = wheels;
     understood.take_yaw_rates(&yaw_rates);
-    understood.finish(&wheels.file, &poses.file, are_related)?;
-    understood.take_supply(&wheels.beside.supply_v);
+    understood.finish(&file, &poses.file, are_related)?;
+    understood.take_supply(&beside.supply_v);
     Ok(understood)
 }
 
@@ -259,8 +246,11 @@ impl Understood {
             ));
         }
         let robot = self.robot.to_model();
-        let mut campaign =
-            Campaign { robot, runs: self.runs.iter().map(|run| run.recording.clone()).collect() };
+        let begun: Vec<(String, Begins)> =
+            self.runs.iter().map(|run| (run.recording.name.clone(), run.begins)).collect();
+        // A long log is large: of its samples there are as few copies as can be.
+        let runs = self.runs.drain(..).map(|run| run.recording).collect();
+        let mut campaign = Campaign { robot, runs };
         let (said, of_runs) = mend(&mut campaign)
             .map_err(|undecided| error(wheels, undecided.problem, undecided.hint))?;
         self.notes.extend(said.into_iter().map(|said| Note::new(poses, said)));
@@ -282,12 +272,10 @@ impl Understood {
         campaign.runs.retain(|run| !faulty.contains(run.name.as_str()));
         let aligned =
             if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
+        drop(campaign);
         let (campaign, clocks) =
             aligned.map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
         self.clock.add(&clocks, campaign.runs.len());
-        let begun: Vec<(String, Begins)> =
-            self.runs.iter().map(|run| (run.recording.name.clone(), run.begins)).collect();
-        self.runs.clear();
         for mut recording in campaign.runs {
             let kind = RunKind::of(&robot, &recording)
                 .map_err(|why| error(wheels, why.to_string(), "record the log again"))?;

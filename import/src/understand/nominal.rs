@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use campaign::{CampaignError, RobotFile};
 
-use super::Hints;
+use super::hints::Hints;
 use crate::alignment::Alignment;
 use crate::log::{PoseLog, WheelLog, WheelUnit, error};
 

@@ -3,7 +3,7 @@
 
 use campaign::CampaignError;
 
-use super::Hints;
+use super::hints::Hints;
 use super::nominal::unit;
 use crate::alignment::{AlignError, Alignment, Speeds, align, speeds};
 use crate::log::{Note, PoseLog, WheelLog, error};

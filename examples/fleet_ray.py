@@ -84,7 +84,7 @@ def main():
         if error:
             print(f"left out: {error}")
             continue
-        kinds[dataclasses.replace(robot, name="")].append((folder, robot.name, explanation))
+        kinds[dataclasses.replace(robot, name="", position_sigma_m=None, heading_sigma_rad=None)].append((folder, robot.name, explanation))
 
     asked, robots = {}, {}
     for kind, members in enumerate(kinds.values()):

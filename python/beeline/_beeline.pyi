@@ -30,6 +30,10 @@ class Model:
     def write(self, file: str | PathLike[str]) -> None:
         """Writes it as a model.toml."""
 
+    @staticmethod
+    def of_text(text: str, robot: str) -> Model:
+        """Of the text of a model.toml: what `pickle` makes of it again."""
+
     def effects(self) -> list[str]:
         """The ids of its effects."""
 

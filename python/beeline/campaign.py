@@ -31,6 +31,9 @@ class Robot:
     counts_per_rev: float = 3_141_592.0
     #: Encoder revolutions per wheel revolution.
     gear_reduction: float = 1.0
+    #: Standard errors of the measured poses, where they are known; else they are learnt from the runs.
+    position_sigma_m: float | None = None
+    heading_sigma_rad: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -69,6 +69,8 @@ impl Campaign {
                 "track_width_m": robot.track_width_m,
                 "counts_per_rev": robot.counts_per_rev,
                 "gear_reduction": robot.gear_reduction,
+                "position_sigma_m": robot.position_sigma_m,
+                "heading_sigma_rad": robot.heading_sigma_rad,
             },
             "runs": runs.collect::<Vec<_>>(),
             "warnings": self.read.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),

@@ -173,6 +173,9 @@ impl Sources {
     fn what_there_is(&self) -> String {
         let offers: Vec<String> = self.offers().iter().map(Offer::short).collect();
         let shown: Vec<&str> = offers.iter().take(12).map(String::as_str).collect();
+        if shown.is_empty() {
+            return "there is nothing in it that can be read".into();
+        }
         let more = offers.len().saturating_sub(shown.len());
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         format!("there is {}{more}", shown.join("; "))

@@ -120,7 +120,7 @@ fn of_kind(html: &mut String, kind: &Kind) {
         counted(kind.robots.len(), "robot"),
         counted(kind.campaigns.len(), "campaign")
     );
-    if kind.campaigns.len() > 1 {
+    if is_comparable(kind) {
         legend(html, kind);
         html.push_str("<div class=\"pair\">");
         for parameter in &kind.parameters {
@@ -131,6 +131,15 @@ fn of_kind(html: &mut String, kind: &Kind) {
         values(html, kind);
     }
     campaigns(html, kind);
+}
+
+/// Whether there are several robots or days: else a drawing would be one dot.
+fn is_comparable(kind: &Kind) -> bool {
+    let days = || kind.campaigns.iter().filter_map(|one| one.dated.days);
+    let (first, last) = days().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), day| {
+        (first.min(day), last.max(day))
+    });
+    kind.robots.len() > 1 || last - first >= 1.0
 }
 
 /// What is drawn in a kind's drawings, each line that there is.
@@ -155,7 +164,7 @@ fn legend(html: &mut String, kind: &Kind) {
     html.push_str("</p>\n");
 }
 
-/// The values of a single campaign: there is nothing to compare them with, so nothing is drawn.
+/// The values of one robot on one day: there is nothing to compare them with, so nothing is drawn.
 fn values(html: &mut String, kind: &Kind) {
     html.push_str(
         "<div class=\"wide\"><table class=\"verdicts\"><thead><tr><th>effect</th><th></th><th class=\"num\">value</th>\

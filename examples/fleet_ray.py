@@ -31,8 +31,6 @@ def explained(folder):
         explanation = campaign.explain()
     except beeline.BeelineError as error:
         return folder, None, None, str(error), time.process_time() - began
-    # The model stays where it is: the next step fits another.
-    explanation = dataclasses.replace(explanation, model=None)
     return folder, campaign.robot, explanation, None, time.process_time() - began
 
 
@@ -86,7 +84,7 @@ def main():
         if error:
             print(f"left out: {error}")
             continue
-        kinds[dataclasses.replace(robot, name="")].append((folder, robot.name, explanation))
+        kinds[dataclasses.replace(robot, name="", position_sigma_m=None, heading_sigma_rad=None)].append((folder, robot.name, explanation))
 
     asked, robots = {}, {}
     for kind, members in enumerate(kinds.values()):

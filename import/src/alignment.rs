@@ -7,6 +7,10 @@
 //! misfit(lag) = sum (z - a w(t - lag))^2 / sum z^2                (1)
 //! ```
 //!
+//! A lag at which less of the poses' motion has wheels beside it has to fit better for that: of drives that repeat themselves, the
+//! lag is right that brings all of them together. A jump of a tracker and a counter that restarts are faster than the robot ever
+//! was for longer, and do not count. If one wheel counts backwards, going looks like turning to the wheels: that is tried as well.
+//!
 //! The lag is found on a grid that is coarse enough for the whole of both logs, and then on finer ones. What is left, half
 //! a step of the grid, is found by `robot_model::clocks` run by run.
 
@@ -21,12 +25,21 @@ const COARSE_MAX: usize = 3000;
 /// So many lags of the coarsest grid are followed.
 const FOLLOWED: usize = 6;
 /// A lag has to leave at most this misfit, and others, further away, more by this factor.
-const MISFIT_MAX: f64 = 0.5;
+const MISFIT_MAX: f64 = 0.25;
 const RIVAL_FACTOR: f64 = 1.2;
 /// Lags nearer than this are no others \[s\].
 const NEIGHBOUR_S: f64 = 2.0;
 /// A lag has to bring together so much of the motion that the poses show.
 const OVERLAP_MIN: f64 = 0.3;
+/// What motion of the poses without wheels beside it costs, as a misfit of all of it would cost 1.
+const ALONE_COSTS: f64 = 0.3;
+/// Wheels of which one is reversed have to fit better by this factor.
+const REVERSED_FACTOR: f64 = 0.5;
+/// A jump is seen for a window; places in which a median does not see it, and how many of them must be known.
+const MEDIAN_HALF: usize = 10;
+const MEDIAN_STRIDE: usize = 5;
+/// What is faster by this than the fastest of these medians is a jump.
+const JUMP_TIMES: f32 = 2.0;
 /// A gap between two samples in which nothing is known of the motion \[s\].
 const GAP_S: f64 = 1.0;
 /// So many places on a grid at most: 50 hours at 20 Hz; and so many for each sample, and for a log of few, as a wrong stamp makes
@@ -46,6 +59,8 @@ pub struct Alignment {
     pub travel_per_unit: f64,
     /// Radians that it turns for a radian of difference.
     pub turn_per_unit: Option<f64>,
+    /// One of the wheels counts backwards.
+    pub one_reversed: bool,
 }
 
 /// Why no lag was found.
@@ -156,10 +171,36 @@ fn sampled<const N: usize>(
             })
         })
         .collect();
-    Speeds { start_s, step_s, values }
+    let mut speeds = Speeds { start_s, step_s, values };
+    (0..2).for_each(|axis| speeds.forget_jumps(axis));
+    speeds
 }
 
 impl Speeds {
+    /// Of wheels: what they are if one of them counts backwards.
+    pub fn one_reversed(&self) -> Self {
+        let values = self.values.iter().map(|[travel, turn]| [turn / 2.0, 2.0 * travel]);
+        Self { values: values.collect(), ..*self }
+    }
+
+    /// Takes out what is far faster than the robot ever was for longer than a jump is seen.
+    fn forget_jumps(&mut self, axis: usize) {
+        let mut fastest = 0.0_f32;
+        let mut known = Vec::with_capacity(2 * MEDIAN_HALF + 1);
+        for window in self.values.windows(2 * MEDIAN_HALF + 1).step_by(MEDIAN_STRIDE) {
+            known.clear();
+            known.extend(window.iter().map(|value| value[axis]).filter(|value| !value.is_nan()));
+            if known.len() > MEDIAN_HALF {
+                let middle = known.len() / 2;
+                fastest = fastest.max(*known.select_nth_unstable_by(middle, f32::total_cmp).1);
+            }
+        }
+        if fastest > 0.0 {
+            let jumps = self.values.iter_mut().filter(|value| value[axis] > JUMP_TIMES * fastest);
+            jumps.for_each(|value| value[axis] = f32::NAN);
+        }
+    }
+
     /// Means of so many each: a coarser grid.
     fn coarser(&self, by: usize) -> Self {
         let mean = |values: &[[f32; 2]]| {
@@ -204,8 +245,8 @@ impl Products {
     }
 
     /// Equation (1), travel and turn weighed alike; `None` if too little of the poses' motion overlaps.
-    fn misfit(&self, energies: &[f64; 2]) -> Option<f64> {
-        let (mut left, mut axes) = (0.0, 0.0);
+    fn fit(&self, energies: &[f64; 2]) -> Option<Fit> {
+        let (mut left, mut alone, mut axes) = (0.0, 0.0, 0.0);
         for (axis, energy) in energies.iter().enumerate() {
             // Headings that were not measured, or a robot that never turned.
             if *energy <= 0.0 {
@@ -216,10 +257,21 @@ impl Products {
             }
             let explained = self.both[axis].powi(2) / self.wheels[axis].max(f64::MIN_POSITIVE);
             left += (self.poses[axis] - explained) / self.poses[axis];
+            alone += 1.0 - self.poses[axis] / energy;
             axes += 1.0;
         }
-        (axes > 0.0).then(|| left / axes)
+        let fit = || Fit { misfit: left / axes, cost: (left + ALONE_COSTS * alone) / axes };
+        (axes > 0.0).then(fit)
     }
+}
+
+/// How well a lag fits.
+#[derive(Clone, Copy, Debug)]
+struct Fit {
+    /// Equation (1).
+    misfit: f64,
+    /// The same, and what the motion costs that has no wheels beside it.
+    cost: f64,
 }
 
 fn energies(speeds: &Speeds) -> [f64; 2] {
@@ -239,6 +291,41 @@ pub fn align([wheels, poses]: &[Speeds; 2]) -> Result<Alignment, AlignError> {
     if !moves(wheels) || !moves(poses) {
         return Err(AlignError::NoMotion { of_wheels: !moves(wheels) });
     }
+    let reversed = wheels.one_reversed();
+    let (as_is, other) = (lags(wheels, poses), lags(&reversed, poses));
+    let cost = |lags: &[(i64, Fit)]| lags.first().map_or(f64::INFINITY, |(_, fit)| fit.cost);
+    let one_reversed = cost(&other) < REVERSED_FACTOR * cost(&as_is);
+    let (wheels, best) = if one_reversed { (&reversed, other) } else { (wheels, as_is) };
+    let Some(&(shift, Fit { misfit, cost })) = best.first() else {
+        return Err(AlignError::NothingInCommon { misfit: 1.0 });
+    };
+    let late_s = |shift: i64| poses.start_s - wheels.start_s + shift as f64 * wheels.step_s;
+    if misfit > MISFIT_MAX {
+        return Err(AlignError::NothingInCommon { misfit });
+    }
+    let is_rival = |(other, fit): &&(i64, Fit)| {
+        (other - shift).abs() as f64 * wheels.step_s > NEIGHBOUR_S
+            && fit.misfit < RIVAL_FACTOR * misfit
+            && fit.cost < RIVAL_FACTOR * cost
+    };
+    if let Some(rival) = best.iter().find(is_rival) {
+        return Err(AlignError::Ambiguous { lags_s: [late_s(shift), late_s(rival.0)] });
+    }
+    let products = Products::at(wheels, poses, shift);
+    let factor = |axis: usize| {
+        (products.wheels[axis] > 0.0).then(|| products.both[axis] / products.wheels[axis])
+    };
+    Ok(Alignment {
+        late_s: late_s(shift),
+        misfit,
+        travel_per_unit: factor(0).unwrap_or(0.0),
+        turn_per_unit: factor(1).filter(|_| products.poses[1] > 0.0),
+        one_reversed,
+    })
+}
+
+/// The best lags, the best first, in steps of the grid.
+fn lags(wheels: &Speeds, poses: &Speeds) -> Vec<(i64, Fit)> {
     let longest = wheels.values.len().max(poses.values.len());
     let mut by = longest.div_ceil(COARSE_MAX).next_power_of_two();
     let (mut w, mut z) = (wheels.coarser(by), poses.coarser(by));
@@ -253,45 +340,23 @@ pub fn align([wheels, poses]: &[Speeds; 2]) -> Result<Alignment, AlignError> {
         near.dedup();
         best = followed(&w, &z, near.into_iter());
     }
-    let Some(&(shift, misfit)) = best.first() else {
-        return Err(AlignError::NothingInCommon { misfit: 1.0 });
-    };
-    let late_s = |shift: i64| poses.start_s - wheels.start_s + shift as f64 * wheels.step_s;
-    if misfit > MISFIT_MAX {
-        return Err(AlignError::NothingInCommon { misfit });
-    }
-    let apart = |other: &&(i64, f64)| (other.0 - shift).abs() as f64 * wheels.step_s > NEIGHBOUR_S;
-    if let Some(rival) = best.iter().find(apart)
-        && rival.1 < RIVAL_FACTOR * misfit
-    {
-        return Err(AlignError::Ambiguous { lags_s: [late_s(shift), late_s(rival.0)] });
-    }
-    let products = Products::at(wheels, poses, shift);
-    let factor = |axis: usize| {
-        (products.wheels[axis] > 0.0).then(|| products.both[axis] / products.wheels[axis])
-    };
-    Ok(Alignment {
-        late_s: late_s(shift),
-        misfit,
-        travel_per_unit: factor(0).unwrap_or(0.0),
-        turn_per_unit: factor(1).filter(|_| products.poses[1] > 0.0),
-    })
+    best
 }
 
 /// The best shifts, the best first, each a valley of its own.
-fn followed(wheels: &Speeds, poses: &Speeds, shifts: impl Iterator<Item = i64>) -> Vec<(i64, f64)> {
+fn followed(wheels: &Speeds, poses: &Speeds, shifts: impl Iterator<Item = i64>) -> Vec<(i64, Fit)> {
     let energies = energies(poses);
-    let mut misfits: Vec<(i64, f64)> = shifts
-        .filter_map(|shift| Some((shift, Products::at(wheels, poses, shift).misfit(&energies)?)))
+    let mut fits: Vec<(i64, Fit)> = shifts
+        .filter_map(|shift| Some((shift, Products::at(wheels, poses, shift).fit(&energies)?)))
         .collect();
-    misfits.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let mut best: Vec<(i64, f64)> = Vec::new();
-    for (shift, misfit) in misfits {
+    fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    let mut best: Vec<(i64, Fit)> = Vec::new();
+    for (shift, fit) in fits {
         if best.len() == FOLLOWED {
             break;
         }
         if best.iter().all(|(other, _)| (other - shift).abs() > 3) {
-            best.push((shift, misfit));
+            best.push((shift, fit));
         }
     }
     best

@@ -20,7 +20,7 @@ const MARGIN_S: f64 = 0.5;
 /// Poses that move by more while the wheels stand: the robot was carried \[m, rad\].
 const CARRIED: (f64, f64) = (0.05, 0.15);
 /// A run in which no wheel turned by more is no run \[rad\].
-const ROLLED_MIN_RAD: f64 = 2.0;
+pub(crate) const ROLLED_MIN_RAD: f64 = 2.0;
 /// Two samples further apart than this: the log was interrupted \[s\].
 const GAP_S: f64 = 2.0;
 

@@ -219,13 +219,34 @@ pub fn encode_joints(t_s: f64, joints: &[(&str, f64)]) -> Vec<u8> {
     cdr.finish()
 }
 
-/// The bytes of an Imu with rates alone.
+/// The bytes of a DynamicJointState: one number of each joint, by the name of an interface of theirs.
+pub fn encode_interface(t_s: f64, interface: &str, joints: &[(&str, f64)]) -> Vec<u8> {
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, t_s, "");
+    cdr.u32(joints.len() as u32);
+    joints.iter().for_each(|(name, _)| cdr.string(name));
+    cdr.u32(joints.len() as u32);
+    for (_, value) in joints {
+        cdr.u32(1);
+        cdr.string(interface);
+        cdr.f64_sequence(&[*value]);
+    }
+    cdr.finish()
+}
+
+/// The bytes of an Imu with rates alone. A covariance that begins with -1 says that the rest was not measured.
 pub fn encode_imu(t_s: f64, rad_s: [f64; 3]) -> Vec<u8> {
     let mut cdr = CdrWriter::default();
     write_header(&mut cdr, t_s, "imu_link");
-    (0..13).for_each(|_| cdr.f64(0.0));
+    let unknown = |cdr: &mut CdrWriter| {
+        cdr.f64(-1.0);
+        (1..9).for_each(|_| cdr.f64(0.0));
+    };
+    [0.0, 0.0, 0.0, 1.0].iter().for_each(|part| cdr.f64(*part));
+    unknown(&mut cdr);
     rad_s.iter().for_each(|rate| cdr.f64(*rate));
-    (0..9 + 3 + 9).for_each(|_| cdr.f64(0.0));
+    (0..9 + 3).for_each(|_| cdr.f64(0.0));
+    unknown(&mut cdr);
     cdr.finish()
 }
 
@@ -236,7 +257,9 @@ pub fn encode_battery(t_s: f64, volts: f64) -> Vec<u8> {
     cdr.f32(volts as f32);
     // Temperature, current, charge, capacities, percentage; status, health, kind and presence; cells and texts.
     (0..6).for_each(|_| cdr.f32(f32::NAN));
-    (0..5).for_each(|_| cdr.u32(0));
+    cdr.u32(u32::from_le_bytes([0, 0, 0, 1]));
+    (0..2).for_each(|_| cdr.u32(0));
+    (0..2).for_each(|_| cdr.string(""));
     cdr.finish()
 }
 

@@ -5,8 +5,9 @@ use std::path::Path;
 use campaign::RobotFile;
 use campaign::model::ModelFile;
 use import::bag::{PosePlace, inventory, poses, wheels};
-use import::export::{Controller, Target, Trajectory, bag, table};
+use import::export::{Controller, Target, Telemetry, Trajectory, bag, table};
 use import::geometry::Geometry;
+use import::source::{Choice, Sources};
 use import::text;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -224,6 +225,14 @@ fn trajectories_tables_and_bags_are_read_again() {
     let read = text::parse(Path::new("a.csv"), rows.as_bytes(), &[]).unwrap();
     assert_eq!(read.wheels.unwrap().t_s.len(), 200);
     assert_eq!(read.poses.unwrap().poses.len(), 200);
+    let mut trajectories = trajectories;
+    // A heading that one pose lacks is not read as 0.
+    trajectories[1].measured[5].2 = None;
+    trajectories[1].telemetry = Telemetry {
+        duty: vec![(0.5, [0.25, -0.75])],
+        supply_v: vec![(0.5, 11.5), (1.0, 11.25)],
+        yaw_rates: vec![(0.5, -0.125)],
+    };
     let file = tempfile::Builder::new().suffix(".mcap").tempfile().unwrap();
     std::fs::write(file.path(), bag(&trajectories).unwrap()).unwrap();
     let found = inventory(file.path()).unwrap();
@@ -234,5 +243,14 @@ fn trajectories_tables_and_bags_are_read_again() {
     for topic in ["/measured", "/odom"] {
         let (log, _) = poses(&[file.path()], &PosePlace::Topic(topic.into())).unwrap();
         assert_eq!(log.poses.len(), 1400, "{topic}");
+        let unknown = log.poses.iter().filter(|pose| pose.orientation == Some([0.0; 4]));
+        assert_eq!(unknown.count(), usize::from(topic == "/measured"));
     }
+    let counted = |topic: &str| found.topics[topic].messages;
+    assert_eq!(["/dynamic_joint_states", "/battery_state", "/imu"].map(counted), [1, 2, 1]);
+    let sources = Sources::open(&[file.path().into()], &[]).unwrap();
+    let beside = sources.choose(&Choice::default()).unwrap().wheels.beside;
+    let at_s = trajectories[1].started_s + 0.5;
+    assert_eq!(beside.turn_rates, [(at_s, [0.0, 0.0, -0.125])]);
+    assert_eq!(beside.supply_v, [(at_s, 11.5), (at_s + 0.5, 11.25)]);
 }

@@ -94,6 +94,12 @@ fn of_a_bag_in_sqlite_what_is_whole_is_read_and_the_rest_is_said() {
     let (messages, notes) = said(&whole[..whole.len() * 2 / 3]).unwrap();
     assert!((20..100).contains(&messages), "{messages}");
     assert!(notes[0].contains("the bag is cut off at byte 51882"), "{notes:?}");
+    // The page above the leaves, the sixth, is not there either: the leaves are.
+    let mut headless = whole[..whole.len() * 2 / 3].to_vec();
+    headless[5 * 4096] = 0;
+    let (messages, notes) = said(&headless).unwrap();
+    assert!((20..100).contains(&messages), "{messages}");
+    assert!(notes.len() == 1 && notes[0].contains("the bag is cut off"), "{notes:?}");
     // The page of the topics is none.
     let place = whole.windows(14).position(|bytes| bytes == b"/vicongeometry").unwrap();
     let mut corrupt = whole.clone();

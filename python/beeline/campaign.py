@@ -31,6 +31,9 @@ class Robot:
     counts_per_rev: float = 3_141_592.0
     #: Encoder revolutions per wheel revolution.
     gear_reduction: float = 1.0
+    #: Standard errors of the measured poses, where they are known; else they are learnt from the runs.
+    position_sigma_m: float | None = None
+    heading_sigma_rad: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +130,8 @@ class Campaign:
 
     def explain(self, tolerance_m: float | None = None) -> Explanation:
         """Which effects are missing? As ``beeline explain``."""
-        told, model = self._read.explain(tolerance_m)
-        return Explanation.of(json.loads(told), model)
+        told, known, model = self._read.explain(tolerance_m)
+        return Explanation.of(json.loads(told), json.loads(known), model)
 
     def compare(self, model: Model | Explanation | Fit | None = None) -> Comparison:
         """How far is a model off, and where? As ``beeline compare``; without a model, that of the folder's model.toml."""

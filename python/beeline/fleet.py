@@ -54,9 +54,14 @@ class Judgement:
 
 
 def common_effects(explanations: Iterable[Explanation]) -> list[str]:
-    """The ids of the effects that all campaigns of a kind are fitted with: radii, track width, and what any of them shows."""
-    effects = (effect for explanation in explanations for effect in explanation.effects)
-    return _beeline.common_effects([(one.effect, list(one.indistinguishable), one.matters) for one in effects])
+    """The ids of the effects that all campaigns of a kind are fitted with: radii, track width, and what any of them shows.
+
+    An equation of your own is among them if the model.toml of every campaign declares it, as only these can be fitted with it.
+    """
+    explained = list(explanations)
+    effects = (effect for one in explained for effect in (*one.known, *one.effects))
+    found = [(one.effect, list(one.indistinguishable), one.matters) for one in effects]
+    return _beeline.common_effects(found, [one.model for one in explained])
 
 
 def judge(parameters: Mapping[str, Sequence[Value]]) -> dict[str, Judgement]:

@@ -164,6 +164,8 @@ class Explanation:
 
     verdict: str
     effects: tuple[Effect, ...]
+    #: Effects that the folder's model.toml has already, and that the runs confirm.
+    known: tuple[Effect, ...]
     rejected: tuple[Rejected, ...]
     #: Radii or track width that are no finding of their own, by effect.
     fitted_along: dict[str, tuple[Parameter, ...]]
@@ -181,11 +183,12 @@ class Explanation:
     json: Json = field(repr=False)
 
     @classmethod
-    def of(cls, json: Json, model: Any) -> Explanation:
+    def of(cls, json: Json, known: Json, model: Any) -> Explanation:
         following = json["next_run"]
         return cls(
             verdict=json["verdict"],
             effects=tuple(map(Effect.of, json["steps"])),
+            known=tuple(map(Effect.of, known)),
             rejected=tuple(Rejected(one["effect"], one["reason"], Errors(**one["heldout"])) for one in json["rejected"]),
             fitted_along={one["effect"]: _parameters(one["parameters"]) for one in json["fitted_along"]},
             baseline=ErrorPair.of(json["baseline"]),

@@ -69,6 +69,8 @@ impl Campaign {
                 "track_width_m": robot.track_width_m,
                 "counts_per_rev": robot.counts_per_rev,
                 "gear_reduction": robot.gear_reduction,
+                "position_sigma_m": robot.position_sigma_m,
+                "heading_sigma_rad": robot.heading_sigma_rad,
             },
             "runs": runs.collect::<Vec<_>>(),
             "warnings": self.read.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
@@ -87,9 +89,14 @@ impl Campaign {
         ])
     }
 
-    /// What `beeline explain --format json` prints, and the model that the answer predicts other runs with.
+    /// What `beeline explain --format json` prints, the effects that its model has already, and the model that the answer predicts
+    /// other runs with.
     #[pyo3(signature = (tolerance_m=None))]
-    fn explain(&self, py: Python<'_>, tolerance_m: Option<f64>) -> PyResult<(String, Model)> {
+    fn explain(
+        &self,
+        py: Python<'_>,
+        tolerance_m: Option<f64>,
+    ) -> PyResult<(String, String, Model)> {
         py.detach(|| {
             let catalogue = self.model.catalogue();
             let in_model: Vec<&str> = self.model.effects.iter().map(EffectEntry::id).collect();
@@ -105,7 +112,9 @@ impl Campaign {
                 nominal_m: [robot.wheel_radius_m, robot.track_width_m],
             };
             let told = json::answer(&answer, &headline(&answer, &asked), &self.data);
-            Ok((told.to_string(), self.model_of(self.model.found(&answer, asked.runs))))
+            let known = json::steps(&answer.known).to_string();
+            let model = self.model_of(self.model.found(&answer, asked.runs));
+            Ok((told.to_string(), known, model))
         })
     }
 

@@ -1,16 +1,35 @@
 //! Many robots: what their campaigns are fitted with, and what the values say.
 
+use std::sync::Arc;
+
 use findings::json;
 use pyo3::prelude::*;
+use robot_model::effect::{CATALOGUE, CustomEffect, Effect};
 use robot_model::fleet;
 use robot_model::fleet::{Found, Measured};
 
+use crate::model::Model;
+
 /// The ids of the effects that all campaigns of a kind are fitted with. What each names: an effect, all that its runs cannot tell
-/// from it, whether it matters.
+/// from it, whether it matters. Besides the catalogue, only equations that all of the models declare alike can be fitted to all.
 #[pyfunction]
-pub fn common_effects(found: Vec<(String, Vec<String>, bool)>) -> Vec<String> {
+pub fn common_effects(
+    found: Vec<(String, Vec<String>, bool)>,
+    models: Vec<Py<Model>>,
+) -> Vec<String> {
     let found = found.into_iter().map(|(effect, class, matters)| Found { effect, class, matters });
-    let effects = fleet::common_effects(&found.collect::<Vec<_>>());
+    let mut candidates: Vec<&dyn Effect> = CATALOGUE.to_vec();
+    if let Some((first, others)) = models.split_first() {
+        let are_declared = |own: &&Arc<CustomEffect>| {
+            let declares = |model: &Py<Model>| {
+                model.get().file.customs.iter().any(|other| other.custom() == own.custom())
+            };
+            others.iter().all(declares)
+        };
+        let own = first.get().file.customs.iter().filter(are_declared);
+        candidates.extend(own.map(|own| own.as_ref() as &dyn Effect));
+    }
+    let effects = fleet::common_effects(&found.collect::<Vec<_>>(), &candidates);
     effects.iter().map(|effect| effect.facts().id.to_owned()).collect()
 }
 

@@ -1,6 +1,6 @@
 //! Effects with values.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use campaign::model::ModelFile;
 use pyo3::prelude::*;
@@ -9,7 +9,7 @@ use robot_model::compare::EffectWithValues;
 use crate::convert::failed;
 
 /// A model as in `model.toml`.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "beeline._beeline")]
 pub struct Model {
     pub file: ModelFile,
     /// The name of the robot that it was fitted to.
@@ -28,6 +28,19 @@ impl Model {
     /// Writes it as a `model.toml`.
     fn write(&self, file: PathBuf) -> PyResult<()> {
         self.file.write(&file, &self.robot).map_err(failed)
+    }
+
+    /// Of the text of a `model.toml`.
+    #[staticmethod]
+    fn of_text(text: &str, robot: String) -> PyResult<Self> {
+        let file = ModelFile::parse(Path::new("model.toml"), text).map_err(failed)?;
+        Ok(Self { file, robot })
+    }
+
+    /// For `pickle`: other processes get its text.
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, String))> {
+        let of_text = py.get_type::<Self>().getattr("of_text")?;
+        Ok((of_text, (self.file.to_text(&self.robot), self.robot.clone())))
     }
 
     /// The ids of its effects.

@@ -22,6 +22,8 @@ pub struct Robot {
     track_width_m: f64,
     counts_per_rev: f64,
     gear_reduction: f64,
+    position_sigma_m: Option<f64>,
+    heading_sigma_rad: Option<f64>,
 }
 
 impl Robot {
@@ -32,6 +34,8 @@ impl Robot {
             track_width_m: self.track_width_m,
             counts_per_rev: self.counts_per_rev,
             gear_reduction: self.gear_reduction,
+            position_sigma_m: self.position_sigma_m,
+            heading_sigma_rad: self.heading_sigma_rad,
             ..RobotFile::default()
         }
     }

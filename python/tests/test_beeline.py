@@ -106,7 +106,9 @@ def test_predictions_are_arrays_whose_error_is_that_of_the_comparison(mystery, e
 
 
 def test_arrays_give_what_the_folder_gives(mystery, explanation, tmp_path):
-    made = Campaign.from_arrays(Robot(0.036, 0.372), arrays(mystery), folder=tmp_path / "made")
+    # With the noise of the folder: learnt, it would be another one.
+    robot = Robot(0.036, 0.372, position_sigma_m=0.001, heading_sigma_rad=0.002)
+    made = Campaign.from_arrays(robot, arrays(mystery), folder=tmp_path / "made")
     found = made.explain().effects
     assert [effect.effect for effect in found] == ["speed_growth"]
     expected, value = explanation.effects[0].parameters[0], found[0].parameters[0]

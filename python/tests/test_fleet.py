@@ -1,6 +1,8 @@
 """Is a fleet judged as `beeline fleet` judges it?"""
 
 import json
+import pickle
+import shutil
 
 import numpy as np
 
@@ -10,16 +12,18 @@ from test_beeline import MYSTERY, command
 RADIUS_M, TRACK_M = 0.036, 0.372
 
 
-def record(folder, ratio, seed):
-    """A robot with a right wheel that is larger, driven as the mystery was."""
+def record(folder, ratio, seed, bend=0.0):
+    """A robot with a right wheel that is larger, and that bends with the square of its speed, driven as the mystery was."""
     source = Campaign.from_folder(MYSTERY)
     noise = np.random.default_rng(seed)
     runs = []
     for name in source.runs[:8]:
         t_s, left, right = source.wheels(name)
         steps = RADIUS_M * (1 - ratio / 2) * np.diff(left), RADIUS_M * (1 + ratio / 2) * np.diff(right)
-        heading = np.concatenate([[0], np.cumsum((steps[1] - steps[0]) / TRACK_M)])
-        middle, travel = (heading[1:] + heading[:-1]) / 2, (steps[0] + steps[1]) / 2
+        travel = (steps[0] + steps[1]) / 2
+        turns = (steps[1] - steps[0]) / TRACK_M + bend * travel**2 / np.diff(t_s)
+        heading = np.concatenate([[0], np.cumsum(turns)])
+        middle = (heading[1:] + heading[:-1]) / 2
         x, y = (np.concatenate([[0], np.cumsum(travel * of(middle))]) for of in (np.cos, np.sin))
         seen = [values[::10] + sigma * noise.normal(size=t_s[::10].size) for values, sigma in ((x, 1e-3), (y, 1e-3), (heading, 2e-3))]
         runs.append(Run(t_s, left, right, t_s[::10], *seen, name=name.split("_", 1)[1]))
@@ -52,6 +56,28 @@ def test_the_parts_give_what_the_command_gives(tmp_path):
     ratio = judged["wheel_radius_ratio"]
     assert [robot.is_unlike for robot in ratio.robots] == [False, False, False, True] and ratio.is_common
     assert all(robot.trend and not robot.trend.is_there for robot in ratio.robots)
+
+
+def test_effects_of_a_model_file_are_common_too(tmp_path):
+    for name in ("ada", "bob"):
+        record(tmp_path / name / "runs", 0.02, 3)
+    folders = [tmp_path / name / "runs" for name in ("ada", "bob")]
+    command("model", "add", "wheel_radius_ratio", folders[0])
+    told = [Campaign.from_folder(folder).explain() for folder in folders]
+    assert [one.effect for one in told[0].known] == ["wheel_radius_ratio"]
+    # Of the folder's own equation, only if all have it.
+    for folder in folders:
+        shutil.rmtree(folder)
+        record(folder, 0.02, 3, bend=0.1)
+    for number, folder in enumerate(folders, 1):
+        command("model", "add", "--custom", "dtheta = k * v^2", "--name", "my_bend", folder)
+        # As other processes get them.
+        told = [pickle.loads(pickle.dumps(Campaign.from_folder(folder).explain())) for folder in folders]
+        common = fleet.common_effects(told)
+        assert ("my_bend" in common) == (number == 2), common
+    for folder in folders:
+        found = Campaign.from_folder(folder).fit(common)["my_bend"].parameters[0]
+        assert abs(found.value - 0.1) < 4 * found.sigma
 
 
 def test_what_is_no_number_is_left_out():

@@ -117,6 +117,8 @@ fn who_wears_and_who_is_unlike_the_others_is_named_and_nobody_else() {
         assert!(page.contains(part), "{part}");
     }
     assert!(!page.contains("NaN"));
+    let lines = page.matches("<i class=").count();
+    assert_eq!(lines, 4, "changes, unlike, neither, where most are");
     let dan = temp.run_with(&["fleet", "fleet/dan", "fleet/bob"], "").ok();
     assert!(dan.stdout.contains("No robot stands out."), "{}", dan.stdout);
 }
@@ -137,4 +139,18 @@ fn a_campaign_that_cannot_be_read_is_left_out_and_said() {
     assert!(empty.contains("there is no campaign"), "{empty}");
     let nowhere = temp.run_with(&["fleet", "fleet", "no-fleet"], "").refused();
     assert!(nowhere.contains("no-fleet: "), "{nowhere}");
+}
+
+#[test]
+fn one_campaign_is_a_table_and_one_robot_has_no_legend() {
+    let temp = TempFolder::new();
+    record(&temp, 0, 0, 0.04, 0.0);
+    temp.run_with(&["fleet", "fleet", "-o", "one.html"], "").ok();
+    let page = String::from_utf8(temp.read("one.html")).unwrap();
+    assert!(!page.contains("<svg") && !page.contains("class=\"legend\""));
+    assert!(page.contains("unequal wheel radii") && page.contains(" %</td>"), "{page}");
+    record(&temp, 0, 1, 0.04, 0.0);
+    temp.run_with(&["fleet", "fleet", "-o", "two.html"], "").ok();
+    let page = String::from_utf8(temp.read("two.html")).unwrap();
+    assert!(page.contains("<svg") && !page.contains("class=\"legend\""));
 }

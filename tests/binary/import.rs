@@ -360,6 +360,8 @@ fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_re
     {
         assert!(listed.contains(topic), "{listed}");
     }
+    let has = |topic: &str| listed.lines().any(|line| line.contains(topic));
+    assert!(has("/dynamic_joint_states") && has("/battery_state"), "{listed}");
     let (bag, runs) = (temp.read("drive.mcap"), temp.path("mine/runs"));
     temp.run_with(
         &[
@@ -375,13 +377,15 @@ fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_re
         "",
     )
     .ok();
-    let last = |folder: &str| {
+    let rows = |folder: &str| {
         let runs = std::fs::read_dir(temp.path(folder).join("runs")).unwrap();
-        let (rows, _) =
-            ::campaign::read_run(&runs.map(|run| run.unwrap().path()).next().unwrap()).unwrap();
-        rows.iter().rev().find_map(|row| Some([row.x_m?, row.y_m?])).unwrap()
+        let first = runs.map(|run| run.unwrap().path()).next().unwrap();
+        ::campaign::read_run(&first).unwrap().0
     };
-    let (recorded, imported) = (last("mine"), last("imported"));
+    let last = |folder| rows(folder).iter().rev().find_map(|row| Some([row.x_m?, row.y_m?]));
+    let (recorded, imported) = (last("mine").unwrap(), last("imported").unwrap());
+    let volts = |folder| rows(folder).iter().rev().find_map(|row| row.bus_v).unwrap();
+    assert!((volts("mine") - volts("imported")).abs() < 0.05, "{} V", volts("imported"));
     // The bag has both; the import cuts the run where the robot rests.
     let off_m = (recorded[0] - imported[0]).hypot(recorded[1] - imported[1]);
     assert!(off_m < 5e-3, "{recorded:?} {imported:?}");

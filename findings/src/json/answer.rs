@@ -22,7 +22,7 @@ pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
         "tolerance_m": answer.tolerance_m,
         "clocks": answer.clocks.iter().map(clock).collect::<Vec<_>>(),
         "baseline": pair(&answer.baseline),
-        "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
+        "steps": steps(&answer.steps),
         "fitted_along": answer.fitted_along.iter().map(along).collect::<Vec<_>>(),
         "rejected": answer.rejected.iter().map(rejected).collect::<Vec<_>>(),
         "unexplained": unexplained(&answer.unexplained),
@@ -61,6 +61,11 @@ pub fn parameters(parameters: &[ParameterFound]) -> Value {
 
 fn along(found: &Averaged) -> Value {
     json!({"effect": found.effect, "parameters": parameters(&found.parameters)})
+}
+
+/// Effects that a model has already, or that are found.
+pub fn steps(steps: &[StepFound]) -> Value {
+    steps.iter().map(step).collect()
 }
 
 fn step(step: &StepFound) -> Value {

@@ -14,7 +14,7 @@ mod fleet;
 mod model;
 mod motors;
 
-pub use answer::{answer, data_hypotheses, errors, pair, parameters};
+pub use answer::{answer, data_hypotheses, errors, pair, parameters, steps};
 pub use comparison::{compared, comparison, rms};
 pub use fleet::judgement;
 pub use model::{effects, fitted, held_out};

@@ -54,7 +54,8 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
         ExportFormat::Json => text(common, args, &format!("{:#}\n", to_json(&controller))),
         ExportFormat::Csv => text(common, args, &table(&trajectories())),
         ExportFormat::Mcap => {
-            let bytes = bag(&trajectories()).context("cannot make the bag")?;
+            let bytes = bag(&with_telemetry(trajectories(), &read.runs));
+            let bytes = bytes.context("cannot make the bag")?;
             let Some(file) = &args.output else { return Ok(()) };
             write_new(file, &bytes, args.force)?;
             told(common, file, &format!("a ROS 2 bag of {}", runs(campaign.runs.len())));
@@ -80,6 +81,11 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
             Ok(())
         }
     }
+}
+
+fn with_telemetry(mut all: Vec<Trajectory>, runs: &[campaign::Run]) -> Vec<Trajectory> {
+    Trajectory::add_telemetry(&mut all, runs);
+    all
 }
 
 fn text(common: &Common, args: &ExportArgs, text: &str) -> Result<()> {

@@ -136,14 +136,16 @@ fn write_bag(bag: &Path, run: &Path, rows: &[Row], config: &Config, dated: bool)
     let facts = RunFacts { name: name.clone(), ..RunFacts::default() };
     let rows: Vec<Row> = rows.iter().map(|row| on_one_encoder(row, config)).collect();
     let robot = RobotFile::of(config);
-    let mut recording = Run { name, facts, rows }.to_recording(&robot);
+    let run = Run { name, facts, rows };
+    let mut recording = run.to_recording(&robot);
     let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     let began_s = since_1970.as_secs_f64() - recording.duration_s();
     recording.started_s = Some(if dated { began_s } else { 0.0 });
     let model = recording::Campaign { robot: robot.to_model(), runs: vec![recording] };
     let geometry = &config.geometry;
     let radii_m = [geometry.wheel_radius_m, geometry.wheel_radius_m * geometry.wheel_weight];
-    let trajectories = Trajectory::all(&model, radii_m, geometry.track_width_m);
+    let mut trajectories = Trajectory::all(&model, radii_m, geometry.track_width_m);
+    Trajectory::add_telemetry(&mut trajectories, &[run]);
     let bytes = ::import::export::bag(&trajectories).map_err(|error| bag_unwritten(bag, &error))?;
     match write_new(bag, &bytes).map_err(|error| bag_unwritten(bag, &error))? {
         true => Ok(()),

@@ -15,6 +15,8 @@ const X: (f64, f64) = (54.0, 360.0);
 const Y: (f64, f64) = (188.0, 14.0);
 /// Robots that nothing is said of are background: more of them are thinned out.
 const BACKGROUND_MAX: usize = 150;
+/// Fewer robots have no place where most of them are.
+pub(super) const BAND_ROBOTS_MIN: usize = 3;
 
 /// A value with its place in a drawing.
 struct Dot {
@@ -116,7 +118,7 @@ fn lines<'a>(
 /// Where most robots of the kind are: the mean, and twice what they differ by.
 fn band(svg: &mut String, parameter: &FleetParameter, factor: f64, y: &Scale, range: (f64, f64)) {
     let judgement = &parameter.judgement;
-    if judgement.robots.len() < 3 {
+    if judgement.robots.len() < BAND_ROBOTS_MIN {
         return;
     }
     let half = 2.0 * judgement.spread * factor;

@@ -182,7 +182,7 @@ fn join(kinds: &mut Vec<(Sheet, Kind)>, robot: &RobotFile, studied: Studied) {
 /// Fits every campaign of a kind with the effects that any of them shows.
 fn fit_all(kind: &mut Kind, left_out: &mut Vec<(PathBuf, String)>, mut done: impl FnMut()) {
     let found: Vec<Found> = kind.campaigns.iter().flat_map(|one| one.found.clone()).collect();
-    let effects = common_effects(&found);
+    let effects = common_effects(&found, &CATALOGUE);
     let mut models: Vec<Model> = Vec::new();
     kind.campaigns.retain_mut(|one| {
         let fitted = one.campaign.take().map(|campaign| ModelFitter::new(&campaign));

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use findings::quantity::{interval_in_unit, value_with_sigma};
+use robot_model::fleet::RobotJudged;
+
 use super::{Fleet, Kind, drawing, places, words};
 use crate::calibration_page::drawing::{COLOURS, STYLE};
 use crate::calibration_page::page::PAGE_STYLE;
@@ -110,20 +113,77 @@ fn findings(html: &mut String, fleet: &Fleet) {
 }
 
 fn of_kind(html: &mut String, kind: &Kind) {
-    let _ = write!(
+    let _ = writeln!(
         html,
-        "<h2>{}: {}, {}</h2>\n<p class=\"legend\"><span><i class=\"b\"></i>changes with time</span>\
-         <span><i class=\"a\"></i>unlike the others</span><span><i class=\"k\"></i>neither</span>\
-         <span><i class=\"n\"></i>where most robots of the kind are</span></p>\n<div class=\"pair\">",
+        "<h2>{}: {}, {}</h2>",
         escape(&kind.name),
         counted(kind.robots.len(), "robot"),
         counted(kind.campaigns.len(), "campaign")
     );
-    for parameter in &kind.parameters {
-        html.push_str(&drawing::draw(kind, parameter));
+    if is_comparable(kind) {
+        legend(html, kind);
+        html.push_str("<div class=\"pair\">");
+        for parameter in &kind.parameters {
+            html.push_str(&drawing::draw(kind, parameter));
+        }
+        html.push_str("</div>\n");
+    } else {
+        values(html, kind);
     }
-    html.push_str("</div>\n");
     campaigns(html, kind);
+}
+
+/// Whether there are several robots or days: else a drawing would be one dot.
+fn is_comparable(kind: &Kind) -> bool {
+    let days = || kind.campaigns.iter().filter_map(|one| one.dated.days);
+    let (first, last) = days().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), day| {
+        (first.min(day), last.max(day))
+    });
+    kind.robots.len() > 1 || last - first >= 1.0
+}
+
+/// What is drawn in a kind's drawings, each line that there is.
+fn legend(html: &mut String, kind: &Kind) {
+    let judged = || kind.parameters.iter().flat_map(|one| &one.judgement.robots);
+    let changes = |robot: &RobotJudged| robot.trend.is_some_and(|trend| trend.is_there);
+    let all = [
+        ("b", "changes with time", judged().any(changes)),
+        ("a", "unlike the others", judged().any(|one| one.is_unlike && !changes(one))),
+        ("k", "neither", judged().any(|one| !one.is_unlike && !changes(one))),
+        ("n", "where most robots of the kind are", kind.robots.len() >= drawing::BAND_ROBOTS_MIN),
+    ];
+    // One kind of line needs no word.
+    let there: Vec<_> = all.into_iter().filter(|(.., is_there)| *is_there).collect();
+    if there.len() < 2 {
+        return;
+    }
+    html.push_str("<p class=\"legend\">");
+    for (class, words, _) in there {
+        let _ = write!(html, "<span><i class=\"{class}\"></i>{words}</span>");
+    }
+    html.push_str("</p>\n");
+}
+
+/// The values of one robot on one day: there is nothing to compare them with, so nothing is drawn.
+fn values(html: &mut String, kind: &Kind) {
+    html.push_str(
+        "<div class=\"wide\"><table class=\"verdicts\"><thead><tr><th>effect</th><th></th><th class=\"num\">value</th>\
+         <th class=\"num\">95 %</th></tr></thead><tbody>\n",
+    );
+    for parameter in &kind.parameters {
+        for found in parameter.values.iter().flatten() {
+            let (value, sigma, unit) = (found.value, found.sigma, &parameter.unit);
+            let _ = writeln!(
+                html,
+                "<tr><td>{}</td><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td></tr>",
+                escape(parameter.effect.facts().name),
+                escape(&parameter.name),
+                escape(&value_with_sigma(value, sigma, unit)),
+                escape(&interval_in_unit(value, sigma, (found.low95, found.high95), unit))
+            );
+        }
+    }
+    html.push_str("</tbody></table></div>\n");
 }
 
 fn campaigns(html: &mut String, kind: &Kind) {

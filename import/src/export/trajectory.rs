@@ -1,14 +1,10 @@
 //! The runs of a campaign as trajectories: as measured, and by odometry with given radii and track width.
 
 use std::fmt::Write as _;
-use std::io;
 
 use robot_model::recording::{Campaign, Recording};
 
-use super::definitions::{JOINT_STATE, ODOMETRY, POSE_STAMPED};
-use crate::log::Pose3;
-use crate::mcap::BagWriter;
-use crate::message::{encode_joints, encode_odometry, encode_pose};
+use super::telemetry::Telemetry;
 
 /// A pose at a time: x, y \[m\], heading \[rad\].
 type Timed = (f64, [f64; 3]);
@@ -28,6 +24,8 @@ pub struct Trajectory {
     pub odometry: Vec<Timed>,
     /// Travel and turn per second before each sample of the odometry \[m/s, rad/s\].
     pub speeds: Vec<[f64; 2]>,
+    /// What else the robot told of itself; for bags alone.
+    pub telemetry: Telemetry,
 }
 
 /// Between two runs, where nobody knows when they began \[s\].
@@ -65,7 +63,17 @@ impl Trajectory {
         let steps = steps(&wheels, radii_m, track_width_m);
         let odometry = odometry(&wheels, &steps, start);
         let speeds = speeds(&wheels, &steps);
-        Self { run: run.name.clone(), started_s, wheels, measured, odometry, speeds }
+        let (run, telemetry) = (run.name.clone(), Telemetry::default());
+        Self { run, started_s, wheels, measured, odometry, speeds, telemetry }
+    }
+
+    /// Adds what the robot told of itself in the runs of this name.
+    pub fn add_telemetry(all: &mut [Self], runs: &[campaign::Run]) {
+        for one in all {
+            if let Some(run) = runs.iter().find(|run| run.name == one.run) {
+                one.telemetry = Telemetry::of(&run.rows);
+            }
+        }
     }
 
     /// The measured poses as a TUM trajectory, for example for `evo`.
@@ -153,44 +161,6 @@ pub fn table(trajectories: &[Trajectory]) -> String {
         }
     }
     text
-}
-
-/// All runs in one ROS 2 bag: `/joint_states`, `/measured`, `/odom`.
-pub fn bag(trajectories: &[Trajectory]) -> io::Result<Vec<u8>> {
-    let mut bag = BagWriter::new(Vec::new())?;
-    let joints = bag.channel("/joint_states", "sensor_msgs/msg/JointState", JOINT_STATE);
-    let measured = bag.channel("/measured", "geometry_msgs/msg/PoseStamped", POSE_STAMPED);
-    let odometry = bag.channel("/odom", "nav_msgs/msg/Odometry", ODOMETRY);
-    let pose = |t_s: f64, [x, y, heading]: [f64; 3]| {
-        let (sin, cos) = (heading / 2.0).sin_cos();
-        Pose3 { t_s, position_m: [x, y, 0.0], orientation: Some([0.0, 0.0, sin, cos]) }
-    };
-    for one in trajectories {
-        let mut messages: Vec<(f64, _, Vec<u8>)> = Vec::new();
-        for (t_s, [left, right]) in &one.wheels {
-            let t_s = one.started_s + t_s;
-            messages.push((
-                t_s,
-                joints,
-                encode_joints(t_s, &[("left_wheel_joint", *left), ("right_wheel_joint", *right)]),
-            ));
-        }
-        for ((t_s, at), speeds) in one.odometry.iter().zip(&one.speeds) {
-            let t_s = one.started_s + t_s;
-            let bytes = encode_odometry(["odom", "base_link"], &pose(t_s, *at), *speeds);
-            messages.push((t_s, odometry, bytes));
-        }
-        for (t_s, [x, y], heading) in &one.measured {
-            let t_s = one.started_s + t_s;
-            let at = pose(t_s, [*x, *y, heading.unwrap_or(0.0)]);
-            messages.push((t_s, measured, encode_pose("map", &at)));
-        }
-        messages.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (t_s, channel, bytes) in messages {
-            bag.message(channel, t_s, &bytes)?;
-        }
-    }
-    bag.finish()
 }
 
 #[cfg(test)]

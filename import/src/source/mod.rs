@@ -8,6 +8,7 @@ mod offer;
 
 pub use offer::Offer;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use campaign::CampaignError;
@@ -20,12 +21,20 @@ use crate::odometry;
 use crate::text::{self, Mapping};
 use crate::wpilog::{self, is_wpilog};
 use file::{files, is_bag};
-use offer::{of_poses, of_text, of_topic, pairs_of_wheels};
+use offer::{of_poses, of_text, of_topic, pairs_of_wheels, wheels_of_topic};
+
+/// Parts of hints.
+const BACK: &str = "computed from the wheels alone, they can be computed back: add";
+const NUMBERS: &str =
+    "and the numbers that it used by --controller FILE.yaml or --wheel-radius and --track-width";
+/// What is said of poses that a user chose all the same.
+const OF_WHEELS: &str = "if these poses are computed from the wheels, or by a filter from the wheels and others, they agree with the wheels where these are wrong";
 
 /// Which parts of the sources are meant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choice {
-    /// The joints of the left and the right wheel, if they are in a bag.
+    /// The joints of the left and the right wheel, if they are in a bag; with a topic before the left one where several have
+    /// them: `/robot1/joint_states:left`.
     pub wheels: Option<[String; 2]>,
     /// A topic of odometry to be turned back into wheels, with the numbers that it used.
     pub odometry: Option<(String, Geometry)>,
@@ -113,7 +122,8 @@ impl Sources {
             match source {
                 Source::Bag(file, inventory) => {
                     for (name, topic) in &inventory.topics {
-                        offers.extend(of_topic(file, name, topic));
+                        let is_elsewhere = |pair: &[String; 2]| self.have_joints(pair) > 1;
+                        offers.extend(of_topic(file, name, topic, is_elsewhere));
                     }
                 }
                 Source::Text(file, logs) => offers.extend(of_text(file, logs)),
@@ -144,6 +154,13 @@ impl Sources {
         self.bags().filter(|(_, inventory)| has(inventory)).map(|(file, _)| file).collect()
     }
 
+    /// How many topics have these joints.
+    fn have_joints(&self, pair: &[String; 2]) -> usize {
+        let all = self.bags().flat_map(|(_, inventory)| &inventory.topics);
+        let with = all.filter(|(_, topic)| pair.iter().all(|joint| topic.joints.contains(joint)));
+        with.map(|(name, _)| name).collect::<BTreeSet<_>>().len()
+    }
+
     /// Any file, to name in errors.
     fn first(&self) -> &Path {
         match self.each.first() {
@@ -156,6 +173,9 @@ impl Sources {
     fn what_there_is(&self) -> String {
         let offers: Vec<String> = self.offers().iter().map(Offer::short).collect();
         let shown: Vec<&str> = offers.iter().take(12).map(String::as_str).collect();
+        if shown.is_empty() {
+            return "there is nothing in it that can be read".into();
+        }
         let more = offers.len().saturating_sub(shown.len());
         let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         format!("there is {}{more}", shown.join("; "))
@@ -217,10 +237,7 @@ impl Sources {
         let mut candidates: Vec<(String, [String; 2])> = Vec::new();
         for (name, topic) in self.bags().flat_map(|(_, inventory)| &inventory.topics) {
             let pairs = match &choice.wheels {
-                Some(wanted) if wanted.iter().all(|joint| topic.joints.contains(joint)) => {
-                    vec![wanted.clone()]
-                }
-                Some(_) => Vec::new(),
+                Some(wanted) => wheels_of_topic(wanted, name, topic).into_iter().collect(),
                 None => pairs_of_wheels(topic),
             };
             candidates.extend(pairs.into_iter().map(|pair| (name.clone(), pair)));
@@ -242,11 +259,13 @@ impl Sources {
             }
             [] if texts.is_empty() => {
                 let problem = "nothing in it is known to be the wheels";
-                let hint = match self.topics_of(MessageType::Odometry).first() {
-                    Some(topic) => format!(
-                        "if {topic} is computed from the wheels, they can be computed back: add --odometry {topic}, and the numbers that it used by --controller FILE.yaml or --wheel-radius and --track-width"
-                    ),
-                    None => format!(
+                let hint = match self.topics_of(MessageType::Odometry)[..] {
+                    [topic] => format!("if {topic} is {BACK} --odometry {topic}, {NUMBERS}"),
+                    [_, ..] => {
+                        let all = self.topics_of(MessageType::Odometry).join(", ");
+                        format!("if one of {all} is {BACK} --odometry TOPIC, {NUMBERS}")
+                    }
+                    [] => format!(
                         "choose two joints with --wheels LEFT,RIGHT, or columns with --map; {}",
                         self.what_there_is()
                     ),
@@ -256,7 +275,7 @@ impl Sources {
             _ => {
                 let problem = "more than one thing in it may be the wheels";
                 let hint = format!(
-                    "choose with --wheels LEFT,RIGHT, or give fewer files; {}",
+                    "choose with --wheels LEFT,RIGHT or --wheels /topic:LEFT,RIGHT, or give fewer files; {}",
                     self.what_there_is()
                 );
                 Err(error(self.first(), problem, hint))
@@ -270,7 +289,7 @@ impl Sources {
             let place = places.iter().find(|(place, _)| {
                 place.to_string() == *wanted || is_same(&place.to_string(), wanted)
             });
-            let Some((place, _)) = place else {
+            let Some((place, is_odometry)) = place else {
                 let all: Vec<String> = places.iter().map(|(place, _)| place.to_string()).collect();
                 let hint = match all.is_empty() {
                     true => format!("no topic has poses; {}", self.what_there_is()),
@@ -278,7 +297,11 @@ impl Sources {
                 };
                 return Err(error(self.first(), format!("no poses are called `{wanted}`"), hint));
             };
-            return bag::poses(&self.with_topic(topic_of(place)), place);
+            let (log, mut notes) = bag::poses(&self.with_topic(topic_of(place)), place)?;
+            if *is_odometry {
+                notes.push(Note::new(&log.file, format!("{place}: {OF_WHEELS}")));
+            }
+            return Ok((log, notes));
         }
         let texts: Vec<&PoseLog> = self.each.iter().filter_map(Source::poses).collect();
         // Odometry is computed from the wheels, and shows nothing that they do not.
@@ -318,7 +341,8 @@ impl Sources {
         let mut places = Vec::new();
         for (name, topic) in self.bags().flat_map(|(_, inventory)| &inventory.topics) {
             for place in of_poses(name, topic) {
-                let odometry = matches!(&place, PosePlace::Transform { parent, .. } if parent.trim_start_matches('/').starts_with("odom"));
+                // What places the frame of odometry on a map is no pose of the robot either.
+                let odometry = matches!(&place, PosePlace::Transform { parent, child, .. } if is_odom(parent) || is_odom(child));
                 let is_odometry = odometry || topic.kind() == Some(MessageType::Odometry);
                 places.push((place, is_odometry));
             }
@@ -343,6 +367,11 @@ impl Source {
             Self::Bag(..) => None,
         }
     }
+}
+
+/// Whether a frame is that of odometry: `odom`, `robot1/odom`.
+fn is_odom(frame: &str) -> bool {
+    frame.rsplit('/').next().is_some_and(|name| name.starts_with("odom"))
 }
 
 fn topic_of(place: &PosePlace) -> &str {

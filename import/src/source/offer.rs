@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::is_same;
 use crate::bag::{PosePlace, Topic};
 use crate::message::MessageType;
 use crate::text;
@@ -47,6 +48,21 @@ pub(super) fn pairs_of_wheels(topic: &Topic) -> Vec<[String; 2]> {
     if of_wheels.is_empty() { pairs } else { of_wheels }
 }
 
+/// The wheels that a user named, if a topic has them and is the one meant.
+pub(super) fn wheels_of_topic(
+    wanted: &[String; 2],
+    name: &str,
+    topic: &Topic,
+) -> Option<[String; 2]> {
+    let [left, right] = wanted;
+    let left = match left.split_once(':') {
+        Some((of, left)) if is_same(of, name) => left,
+        _ => left,
+    };
+    let wheels = [left.to_owned(), right.clone()];
+    wheels.iter().all(|joint| topic.joints.contains(joint)).then_some(wheels)
+}
+
 /// The places of poses in a topic.
 pub(super) fn of_poses(name: &str, topic: &Topic) -> Vec<PosePlace> {
     match topic.kind() {
@@ -79,7 +95,13 @@ impl Offer {
     }
 }
 
-pub(super) fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
+/// What a topic offers; `is_elsewhere`: whether wheels have the names of others.
+pub(super) fn of_topic(
+    file: &Path,
+    name: &str,
+    topic: &Topic,
+    is_elsewhere: impl Fn(&[String; 2]) -> bool,
+) -> Vec<Offer> {
     let offer = |option: Option<String>, name: &str, count: usize, remark: String| Offer {
         file: file.into(),
         option,
@@ -92,8 +114,9 @@ pub(super) fn of_topic(file: &Path, name: &str, topic: &Topic) -> Vec<Offer> {
         return vec![offer(None, name, topic.messages, "not used".into())];
     }
     let mut offers = Vec::new();
-    for [left, right] in pairs_of_wheels(topic) {
-        let option = Some(format!("--wheels {left},{right}"));
+    for pair in pairs_of_wheels(topic) {
+        let of = if is_elsewhere(&pair) { format!("{name}:") } else { String::new() };
+        let option = Some(format!("--wheels {of}{}", pair.join(",")));
         offers.push(offer(option, name, topic.messages, String::new()));
     }
     if topic.kind() == Some(MessageType::JointState) && offers.is_empty() && topic.unread.is_none()

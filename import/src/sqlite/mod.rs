@@ -71,7 +71,8 @@ pub fn read(
     });
     read.map_err(ReadError::Io)?;
     let columns = ["topic_id", "timestamp", "data"].map(|name| messages.column(name));
-    let read = pages.rows(messages.root, &mut |_, record| {
+    let is_cut_off = pages.is_cut_off;
+    let mut message = |_: i64, record: &[u8]| {
         let values = values(record).unwrap_or_default();
         let [topic, timestamp, data] =
             columns.map(|column| column.and_then(|column| values.get(column)).copied());
@@ -81,7 +82,8 @@ pub fn read(
             Some(Value::Blob(bytes)),
         ) = (topic, timestamp, data)
         else {
-            damaged += 1;
+            // Among the rows of all tables, those of others are no damage.
+            damaged += usize::from(!is_cut_off);
             return;
         };
         match channels.get(&topic) {
@@ -90,7 +92,11 @@ pub fn read(
             }
             None => damaged += 1,
         }
-    });
+    };
+    let read = match is_cut_off {
+        true => pages.all_rows(&mut message),
+        false => pages.rows(messages.root, &mut message),
+    };
     read.map_err(ReadError::Io)?;
     let mut damage = pages.damage;
     if damaged > 0 {

@@ -39,7 +39,7 @@ pub(super) struct Pages<F> {
     /// What was found to be wrong.
     pub damage: Vec<Damage>,
     /// The file has fewer pages than it says: what is missing then is no corruption.
-    is_cut_off: bool,
+    pub is_cut_off: bool,
 }
 
 impl<F: Read + Seek> Pages<F> {
@@ -119,10 +119,7 @@ impl<F: Read + Seek> Pages<F> {
         };
         let mut record = Vec::new();
         for index in 0..count {
-            let cell = u16_at(&page, first + 2 * index).and_then(|at| {
-                let cell = page.get(usize::from(at)..self.usable)?;
-                (usize::from(at) >= first + 2 * count).then_some(cell)
-            });
+            let cell = self.cell(&page, first, count, index);
             let child = cell.and_then(u32_of).filter(|_| kind == ABOVE_LEAVES);
             match (cell, child) {
                 (Some(_), Some(child)) => self.below(child, depth + 1, each)?,
@@ -137,6 +134,40 @@ impl<F: Read + Seek> Pages<F> {
             && let Some(last) = page.get(head + 8..).and_then(u32_of)
         {
             self.below(last, depth + 1, each)?;
+        }
+        Ok(())
+    }
+
+    /// The cell of this number of a page whose first of so many places is there.
+    fn cell<'p>(
+        &self,
+        page: &'p [u8],
+        first: usize,
+        count: usize,
+        index: usize,
+    ) -> Option<&'p [u8]> {
+        let at = usize::from(u16_at(page, first + 2 * index)?);
+        let cell = page.get(at..self.usable)?;
+        (at >= first + 2 * count).then_some(cell)
+    }
+
+    /// Gives every row of every table to `each` that is whole, page by page: of a file that is cut off, the pages above the leaves
+    /// may be missing.
+    pub fn all_rows(&mut self, each: &mut impl FnMut(i64, &[u8])) -> io::Result<()> {
+        let (mut page, mut record) = (Vec::new(), Vec::new());
+        // Each page once as a leaf, and once as a part of a record.
+        self.left = 2 * self.count;
+        for number in 2..=self.count.min(u64::from(u32::MAX)) {
+            if !self.read(number as u32, &mut page)? {
+                break;
+            }
+            let count = u16_at(&page, 3).filter(|_| page[0] == LEAF).map_or(0, usize::from);
+            for index in 0..count {
+                let Some(cell) = self.cell(&page, 8, count, index) else { break };
+                if let Some(id) = self.record(cell, &mut record)? {
+                    each(id, &record);
+                }
+            }
         }
         Ok(())
     }

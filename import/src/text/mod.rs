@@ -5,12 +5,18 @@
 //! | `quantity.rs` | [`Quantity`]: what a column can be; its unit |
 //! | `mapping.rs` | [`Mapping`]: which column it is, as the user says; names that many loggers use |
 //! | `columns.rs` | columns that are numbers already |
+//! | `cell.rs`, `scale.rs`, `heading.rs` | a cell as a number; units that nobody gave |
+//! | `held.rs` | poses that stand in a row until the next is measured |
 //! | `read.rs` | [`read`]: a file as wheels and poses |
 
+mod cell;
 mod columns;
+mod heading;
+mod held;
 mod mapping;
 mod quantity;
 mod read;
+mod scale;
 
 pub(crate) use columns::of_columns;
 pub(crate) use mapping::by_name;

@@ -8,8 +8,9 @@ use campaign::bounded_read::{TABLE_BYTES_MAX, open};
 use campaign::{CampaignError, Place};
 use csv::{ReaderBuilder, StringRecord, Trim};
 
+use super::cell::number;
 use super::mapping::by_name;
-use super::{Mapping, Quantity};
+use super::{Mapping, Quantity, held};
 use crate::log::{Note, Pose3, PoseLog, WheelLog, WheelUnit, error, ordered};
 
 /// What a text file holds: wheels, poses, or both on one clock.
@@ -62,15 +63,15 @@ pub fn parse(file: &Path, content: &[u8], mappings: &[Mapping]) -> Result<TextLo
 
 /// One column that is used.
 pub(super) struct Used {
-    quantity: Quantity,
+    pub(super) quantity: Quantity,
     pub(super) index: usize,
-    name: String,
+    pub(super) name: String,
     pub(super) factor: Option<f64>,
     pub(super) values: Vec<f64>,
 }
 
 pub(super) struct Table<'a> {
-    file: &'a Path,
+    pub(super) file: &'a Path,
     delimiter: u8,
     has_header: bool,
     cells: usize,
@@ -98,6 +99,7 @@ impl<'a> Table<'a> {
     /// What its columns are, once they have values.
     pub(super) fn logs(mut self, mut notes: Vec<Note>) -> Result<TextLogs, CampaignError> {
         notes.extend(self.scale_times()?);
+        notes.extend(self.scale_headings()?);
         let (wheels, poses) = (self.wheels(&mut notes), self.poses(&mut notes));
         let columns = if self.has_header { self.header } else { Vec::new() };
         Ok(TextLogs { wheels, poses, notes, columns })
@@ -163,7 +165,14 @@ impl<'a> Table<'a> {
             let (quantity, factor) = by_name(name)?;
             Some((quantity, index, factor))
         });
+        let is_named = |quantity| mappings.iter().any(|mapping| mapping.quantity == quantity);
         for (quantity, index, factor) in named.chain(usual).collect::<Vec<_>>() {
+            if let Some(used) = self.used.iter().find(|used| used.quantity == quantity)
+                && used.index != index
+                && !is_named(quantity)
+            {
+                return Err(self.two_for(quantity, [used.index, index]));
+            }
             if self.used.iter().any(|used| used.quantity == quantity || used.index == index) {
                 continue;
             }
@@ -190,11 +199,23 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
+    fn two_for(&self, quantity: Quantity, [a, b]: [usize; 2]) -> CampaignError {
+        let place = Place { line: 1, column: b as u64 + 1, file: self.file.into() };
+        let [a, b] = [a, b].map(|index| &self.header[index]);
+        let name = quantity.name();
+        let problem = format!("both columns `{a}` and `{b}` may be {name}");
+        let hint = match a == b {
+            true => "give them different names in the header".to_owned(),
+            false => format!("name the one that is: --map {name}={a}"),
+        };
+        CampaignError::new(place, problem, hint)
+    }
+
     fn has(&self, quantities: &[Quantity]) -> bool {
         quantities.iter().all(|wanted| self.column(*wanted).is_some())
     }
 
-    fn column(&self, quantity: Quantity) -> Option<&Used> {
+    pub(super) fn column(&self, quantity: Quantity) -> Option<&Used> {
         self.used.iter().find(|used| used.quantity == quantity)
     }
 
@@ -268,8 +289,7 @@ impl<'a> Table<'a> {
         let mut values = Vec::with_capacity(self.used.len());
         for used in &self.used {
             let text = cells[used.index];
-            let value = if text.is_empty() { Ok(f64::NAN) } else { text.parse::<f64>() };
-            values.push(value.map_err(|_| {
+            values.push(number(text, self.delimiter).ok_or_else(|| {
                 let place = Place { line, column: used.index as u64 + 1, file: self.file.into() };
                 let problem = format!("`{text}` in the column `{}` is not a number", used.name);
                 CampaignError::new(
@@ -285,51 +305,7 @@ impl<'a> Table<'a> {
         Ok(())
     }
 
-    /// A time whose unit nobody gave is in that of an epoch, if it is one, else in seconds.
-    fn scale_times(&mut self) -> Result<Vec<Note>, CampaignError> {
-        let file = self.file;
-        let Some(time) = self.used.iter_mut().find(|used| used.quantity == Quantity::Time) else {
-            return Ok(Vec::new());
-        };
-        let finite: Vec<f64> = time.values.iter().copied().filter(|t| t.is_finite()).collect();
-        if finite.len() < 2 {
-            return Err(error(
-                file,
-                "fewer than two rows have a time",
-                "record it again, or map another column to t_s",
-            ));
-        }
-        if time.factor.is_some() {
-            return Ok(Vec::new());
-        }
-        let middle = finite[finite.len() / 2];
-        // From 2001 to 2286.
-        let unit = [("milliseconds", 1e-3), ("microseconds", 1e-6), ("nanoseconds", 1e-9)]
-            .into_iter()
-            .find(|(_, factor)| (1e9..1e10).contains(&(middle * factor)));
-        if let Some((name, factor)) = unit {
-            time.values.iter_mut().for_each(|value| *value *= factor);
-            let text = format!("the times in `{}` are {name} of an epoch", time.name);
-            return Ok(vec![Note::new(file, text)]);
-        }
-        let mut steps: Vec<f64> = finite.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-        steps.sort_by(f64::total_cmp);
-        let step = steps[steps.len() / 2];
-        /// No log with so few samples shows a robot's motion \[s\].
-        const STEP_MAX_S: f64 = 4.0;
-        if step > STEP_MAX_S {
-            let problem =
-                format!("in seconds, the times in `{}` would be {step} s apart", time.name);
-            return Err(error(
-                file,
-                problem,
-                format!("give their unit: --map t_s={}:ms, or us, or ns", time.name),
-            ));
-        }
-        Ok(Vec::new())
-    }
-
-    fn values(&self, quantity: Quantity) -> Option<&[f64]> {
+    pub(super) fn values(&self, quantity: Quantity) -> Option<&[f64]> {
         self.column(quantity).map(|used| used.values.as_slice())
     }
 
@@ -390,6 +366,12 @@ impl<'a> Table<'a> {
                 Pose3 { t_s: times[row], position_m: [x[row], y[row], height_m], orientation }
             })
             .collect();
+        if self.has_wheels() && held::are_held(&poses) {
+            held::keep_first(&mut poses);
+            let text =
+                "poses stand in each row until the next is measured: the first of each is taken";
+            notes.push(Note::new(self.file, text));
+        }
         let said = ordered(
             &mut poses,
             |pose| pose.t_s,

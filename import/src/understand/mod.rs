@@ -5,7 +5,9 @@
 //! poses  --plane---> floor   --+--align--> one clock --cut----+
 //! ```
 
+mod hints;
 mod nominal;
+mod together;
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -17,31 +19,16 @@ use robot_model::recording::{
     Campaign, GyroSample, PoseMeasurement, Recording, RunKind, WheelSample,
 };
 
-use crate::alignment::{AlignError, Alignment, Speeds, align, speeds};
-use crate::cut::{Begins, CutOptions, Piece, cut};
+use crate::alignment::{Alignment, Speeds};
+use crate::cut::{Begins, Piece, ROLLED_MIN_RAD, cut};
 use crate::gyro::yaw_rates;
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::mend::{mend, words};
 use crate::plane::{FlatPose, flat};
 use crate::turns;
+pub use hints::Hints;
 use nominal::{in_radians, robot};
-
-/// What the user says about robot and log.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Hints {
-    /// What the robot is called.
-    pub name: Option<String>,
-    /// Nominal radius of both wheels \[m\].
-    pub wheel_radius_m: Option<f64>,
-    /// Nominal track width \[m\].
-    pub track_width_m: Option<f64>,
-    /// Counts per encoder revolution, where wheels are in counts.
-    pub counts_per_rev: Option<f64>,
-    /// Encoder revolutions per wheel revolution.
-    pub gear_reduction: Option<f64>,
-    /// Where the log is cut.
-    pub cut: CutOptions,
-}
+use together::together;
 
 /// A log, understood.
 #[derive(Clone, Debug)]
@@ -128,6 +115,12 @@ pub fn understand(
             ));
         }
     }
+    if turns::are_of_two_robots(&wheels) {
+        let problem =
+            format!("{} goes to and fro from sample to sample, as of two robots", wheels.what);
+        let hint = "record each robot under a name of its own, as /robot1/joint_states";
+        return Err(error(&wheels.file, problem, hint));
+    }
     let mut notes: Vec<Note> =
         turns::unwrap(&mut wheels).into_iter().map(|said| Note::new(&wheels.file, said)).collect();
     let counts_per_rev = in_radians(&mut wheels, hints)?;
@@ -135,9 +128,8 @@ pub fn understand(
     notes.extend(said.map(|said| Note::new(&wheels.file, said)));
     let mut flat = flat(poses);
     notes.extend(flat.said.drain(..).map(|said| Note::new(&poses.file, said)));
-    let speeds = speeds(&wheels.t_s, &wheels.turned, &flat.poses)
-        .ok_or_else(|| error(&wheels.file, "it has no duration", "record for longer"))?;
-    let alignment = align(&speeds).map_err(|why| not_aligned(&wheels, poses, why))?;
+    let (speeds, alignment, said) = together(&mut wheels, poses, &flat.poses, hints)?;
+    notes.extend(said);
     let are_related = same_clock && alignment.late_s.abs() < DELAY_MAX_S;
     let late_s = if are_related { 0.0 } else { alignment.late_s };
     flat.poses.iter_mut().for_each(|pose| pose.t_s -= late_s);
@@ -145,7 +137,10 @@ pub fn understand(
     let pieces = cut(&wheels.t_s, &wheels.turned, &flat.poses, hints.cut);
     if pieces.is_empty() {
         let hint = "a run begins and ends at standstill; give a log in which the robot drives";
-        return Err(error(&wheels.file, "the robot drives nowhere in this log", hint));
+        let problem = format!(
+            "the robot drives nowhere in this log: in no move does a wheel turn by {ROLLED_MIN_RAD} rad"
+        );
+        return Err(error(&wheels.file, problem, hint));
     }
     let mut understood = Understood {
         robot,
@@ -157,61 +152,12 @@ pub fn understand(
         speeds: Some((speeds, alignment)),
     };
     understood.take_runs(&wheels, &flat.poses, &pieces);
+    drop(flat);
+    let WheelLog { file, beside, .. } = wheels;
     understood.take_yaw_rates(&yaw_rates);
-    understood.finish(&wheels.file, &poses.file, are_related)?;
-    understood.take_supply(&wheels.beside.supply_v);
+    understood.finish(&file, &poses.file, are_related)?;
+    understood.take_supply(&beside.supply_v);
     Ok(understood)
-}
-
-fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignError {
-    let (of_wheels, of_poses) = (&wheels.what, &poses.what);
-    match why {
-        AlignError::NoMotion { of_wheels: true } => error(
-            &wheels.file,
-            format!("the wheels ({of_wheels}) never turn"),
-            "choose others with --wheels or --map",
-        ),
-        AlignError::NoMotion { of_wheels: false } => error(
-            &poses.file,
-            format!("the poses ({of_poses}) never move"),
-            "choose others with --pose or --map",
-        ),
-        AlignError::NothingInCommon { misfit } => error(
-            &poses.file,
-            format!(
-                "wheels ({of_wheels}) and poses ({of_poses}) have no motion in common: {:.0} % of it differ at best{}",
-                100.0 * misfit,
-                not_overlapping(wheels, poses)
-            ),
-            "check that both are of the same robot and drive, and which joint is left and which right",
-        ),
-        AlignError::Ambiguous { lags_s: [a, b] } => error(
-            &poses.file,
-            format!(
-                "the clocks of wheels and poses may differ by {a:.2} s or by {b:.2} s: the motion repeats itself"
-            ),
-            "record a longer log, with stops of different lengths",
-        ),
-    }
-}
-
-/// How far apart both logs are by their stamps, in words that follow others, if they do not overlap.
-fn not_overlapping(wheels: &WheelLog, poses: &PoseLog) -> String {
-    let (Some([from_s, to_s]), Some([first_s, last_s])) = (
-        wheels.t_s.first().zip(wheels.t_s.last()).map(|(from, to)| [*from, *to]),
-        poses.poses.first().zip(poses.poses.last()).map(|(from, to)| [from.t_s, to.t_s]),
-    ) else {
-        return String::new();
-    };
-    match (first_s - to_s, from_s - last_s) {
-        (after_s, _) if after_s > 0.0 => {
-            format!(", and the poses begin {after_s:.1} s after the wheels end")
-        }
-        (_, before_s) if before_s > 0.0 => {
-            format!(", and the poses end {before_s:.1} s before the wheels begin")
-        }
-        _ => String::new(),
-    }
 }
 
 impl Understood {
@@ -300,8 +246,11 @@ impl Understood {
             ));
         }
         let robot = self.robot.to_model();
-        let mut campaign =
-            Campaign { robot, runs: self.runs.iter().map(|run| run.recording.clone()).collect() };
+        let begun: Vec<(String, Begins)> =
+            self.runs.iter().map(|run| (run.recording.name.clone(), run.begins)).collect();
+        // A long log is large: of its samples there are as few copies as can be.
+        let runs = self.runs.drain(..).map(|run| run.recording).collect();
+        let mut campaign = Campaign { robot, runs };
         let (said, of_runs) = mend(&mut campaign)
             .map_err(|undecided| error(wheels, undecided.problem, undecided.hint))?;
         self.notes.extend(said.into_iter().map(|said| Note::new(poses, said)));
@@ -323,12 +272,10 @@ impl Understood {
         campaign.runs.retain(|run| !faulty.contains(run.name.as_str()));
         let aligned =
             if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
+        drop(campaign);
         let (campaign, clocks) =
             aligned.map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
         self.clock.add(&clocks, campaign.runs.len());
-        let begun: Vec<(String, Begins)> =
-            self.runs.iter().map(|run| (run.recording.name.clone(), run.begins)).collect();
-        self.runs.clear();
         for mut recording in campaign.runs {
             let kind = RunKind::of(&robot, &recording)
                 .map_err(|why| error(wheels, why.to_string(), "record the log again"))?;

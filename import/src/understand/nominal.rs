@@ -1,10 +1,10 @@
 //! The nominal robot: its numbers as the user gives them, else from how far the robot went and turned.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use campaign::{CampaignError, RobotFile};
 
-use super::Hints;
+use super::hints::Hints;
 use crate::alignment::Alignment;
 use crate::log::{PoseLog, WheelLog, WheelUnit, error};
 
@@ -50,6 +50,22 @@ pub(super) fn in_radians(wheels: &mut WheelLog, hints: &Hints) -> Result<f64, Ca
     Ok(counts_per_rev)
 }
 
+/// A unit is certain if going and turning agree on it so well.
+const UNIT_AGREES: f64 = 0.05;
+
+/// In what the wheels are, and what makes radians of it, if that is certain: by the radius and the track width that the user gave.
+pub(super) fn unit(alignment: &Alignment, hints: &Hints) -> Option<(&'static str, f64)> {
+    let (radius_m, width_m) = (hints.wheel_radius_m?, hints.track_width_m?);
+    let by_travel = alignment.travel_per_unit / radius_m;
+    let by_turn = alignment.turn_per_unit? * width_m / radius_m;
+    let units = [("degrees", PI / 180.0), ("turns", TAU), ("metres", 1.0 / radius_m)];
+    units.into_iter().find(|(_, rad)| {
+        [by_travel, by_turn].iter().all(|found| (found / rad - 1.0).abs() < UNIT_AGREES)
+            // A radius of a metre: both are the same.
+            && (rad - 1.0).abs() > 2.0 * UNIT_AGREES
+    })
+}
+
 /// The nominal robot: as the user says, else from how far it went.
 pub(super) fn robot(
     wheels: &WheelLog,
@@ -65,7 +81,7 @@ pub(super) fn robot(
         None => {
             let problem =
                 format!("by the poses, the wheels would have a radius of {estimated_m:.4} m");
-            let hint = "give the unit of the poses, as in --map x_m=COLUMN:mm,y_m=COLUMN:mm, or --wheel-radius";
+            let hint = "give the unit of the poses, as in --map x_m=COLUMN:mm,y_m=COLUMN:mm, or --wheel-radius and --track-width, by which the units of the wheels are found";
             return Err(error(&poses.file, problem, hint));
         }
     };

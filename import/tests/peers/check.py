@@ -102,6 +102,24 @@ def bag_is_read_by_others(runs):
     check("and its odometry is that of the table", np.allclose(of_bag, odometry, atol=1e-6))
 
 
+def a_recorded_bag_has_what_the_robot_tells_of_itself():
+    run("record", "recorded", "arc", "1m", "90deg", "--mcap", "recorded.mcap")
+    with open(next((folder / "recorded" / "runs").glob("*.csv"))) as file:
+        rows = [row for row in csv.DictReader(line for line in file if not line.startswith("#")) if row["bus_v"]]
+    duty = np.array([(float(row["left_duty"]), float(row["right_duty"])) for row in rows])
+    volts = np.array([float(row["bus_v"]) for row in rows])
+    with open(folder / "recorded.mcap", "rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        by_mcap = [(channel.topic, message) for _, channel, _, message in reader.iter_decoded_messages()]
+    with AnyReader([folder / "recorded.mcap"]) as reader:
+        by_rosbags = [(c.topic, reader.deserialize(data, c.msgtype)) for c, _, data in reader.messages()]
+    for name, read in (("mcap", by_mcap), ("rosbags", by_rosbags)):
+        told = np.array([[one.values[0] for one in m.interface_values] for topic, m in read if topic == "/dynamic_joint_states"])
+        check(f"{name} reads the duty of a recorded bag", told.shape == duty.shape and np.allclose(told, duty, atol=1e-4), told.shape)
+        told = np.array([m.voltage for topic, m in read if topic == "/battery_state"])
+        check(f"{name} reads its voltage", told.shape == volts.shape and np.allclose(told, volts, atol=1e-3), told.shape)
+
+
 def bags_of_others_are_read(runs):
     expected, sigma = speed_growth(MYSTERY)
     for store in (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY):
@@ -291,6 +309,7 @@ run("export", MYSTERY, "--to", "csv", "-o", "table.csv")
 run("export", MYSTERY, "--to", "tum", "-o", "tracks")
 table = exported()
 bag_is_read_by_others(table)
+a_recorded_bag_has_what_the_robot_tells_of_itself()
 trajectories_are_read_by_evo(table)
 parameters_are_those_of_the_controller(table)
 parameters_serve_runs_that_were_held_out(MYSTERY, 3)

@@ -1,6 +1,5 @@
 //! The effects that every campaign of a kind is fitted with.
 
-use crate::effect::catalogue::{CATALOGUE, find};
 use crate::effect::definition::{Effect, FirmwareTerm};
 use crate::explain::answer::{Answer, StepFound};
 use crate::selection::candidates::is_geometry;
@@ -28,13 +27,14 @@ impl Found {
     }
 }
 
-/// Radii and track width, then what was found and matters in any of these campaigns, the most frequent first. Of effects that
-/// some campaign cannot tell apart only the most frequent is in.
-pub fn common_effects(found: &[Found]) -> Vec<&'static dyn Effect> {
-    let mut common: Vec<&'static dyn Effect> =
-        CATALOGUE.iter().copied().filter(|effect| is_geometry(*effect)).collect();
+/// Of these candidates, radii and track width, then what was found and matters in any of these campaigns, the most frequent first.
+/// Of effects that some campaign cannot tell apart only the most frequent is in.
+pub fn common_effects<'a>(found: &[Found], candidates: &[&'a dyn Effect]) -> Vec<&'a dyn Effect> {
+    let find = |id: &str| candidates.iter().copied().find(|effect| effect.facts().id == id);
+    let mut common: Vec<&'a dyn Effect> =
+        candidates.iter().copied().filter(|effect| is_geometry(*effect)).collect();
     let times = |id: &str| found.iter().filter(|one| one.matters && one.effect == id).count();
-    let mut named: Vec<(usize, &'static dyn Effect)> = found
+    let mut named: Vec<(usize, &'a dyn Effect)> = found
         .iter()
         .filter_map(|one| find(&one.effect))
         .map(|effect| (times(effect.facts().id), effect))
@@ -44,7 +44,7 @@ pub fn common_effects(found: &[Found]) -> Vec<&'static dyn Effect> {
     for (_, effect) in named {
         let id = effect.facts().id;
         let has = |one: &Found, id: &str| one.class.iter().any(|other| other == id);
-        let not_apart = |other: &&'static dyn Effect| {
+        let not_apart = |other: &&'a dyn Effect| {
             let other = other.facts().id;
             other == id || found.iter().any(|one| has(one, id) && has(one, other))
         };
@@ -63,6 +63,7 @@ pub fn is_wear(effect: &dyn Effect, per_day: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::catalogue::{CATALOGUE, find};
 
     #[test]
     fn what_some_campaign_cannot_tell_apart_is_in_once() {
@@ -77,12 +78,14 @@ mod tests {
             found(&["slope"]),
             found(&["side_slip"]),
         ];
-        let common = common_effects(&three);
+        let common = common_effects(&three, &CATALOGUE);
         let ids: Vec<&str> = common.iter().map(|effect| effect.facts().id).collect();
         assert_eq!(ids[3..], ["scrub", "slope"], "{ids:?}");
         assert!(common[..3].iter().all(|effect| is_geometry(*effect)));
         let slight = Found { matters: false, ..found(&["slope"]) };
-        assert_eq!(common_effects(&[slight]).len(), 3);
+        assert_eq!(common_effects(&[slight], &CATALOGUE).len(), 3);
+        // An effect that is no candidate is not in.
+        assert_eq!(common_effects(&three, &CATALOGUE[..0]).len(), 0);
     }
 
     #[test]

@@ -79,3 +79,57 @@ fn a_file_that_ends_in_the_middle_of_a_line_is_read_up_to_there() {
     assert_eq!(logs.poses.unwrap().poses.len(), 2);
     assert!(logs.notes[0].text.contains("the last line is cut off"), "{:?}", logs.notes);
 }
+
+#[test]
+fn two_columns_for_one_quantity_are_an_error_unless_one_is_named() {
+    let text = "t_s,left_rad,right_rad,left_rad\n0,1,2,3\n1,2,3,4\n";
+    let error = parsed(text, "").unwrap_err().to_string();
+    assert!(
+        error.contains(
+            "both columns `left_rad` and `left_rad` may be left_rad; give them different names"
+        ),
+        "{error}"
+    );
+    let text = "time,stamp,left_rad,right_rad\n5,0,2,3\n6,1,3,4\n";
+    let error = parsed(text, "").unwrap_err().to_string();
+    assert!(error.contains("name the one that is: --map t_s=time"), "{error}");
+    assert_eq!(parsed(text, "t_s=stamp").unwrap().wheels.unwrap().t_s, [0.0, 1.0]);
+}
+
+#[test]
+fn decimals_may_have_commas_where_semicolons_separate() {
+    let text = "t_s;left_rad;right_rad\n0,0;1,5;-2\n0,5;1,75;-2,25\n";
+    let wheels = parsed(text, "").unwrap().wheels.unwrap();
+    assert_eq!((wheels.t_s, wheels.turned), (vec![0.0, 0.5], vec![[1.5, -2.0], [1.75, -2.25]]));
+}
+
+#[test]
+fn headings_in_degrees_are_converted_and_what_may_be_either_is_asked() {
+    let table = |heading: &dyn Fn(f64) -> f64| {
+        let row = |k: u32| {
+            let rad = 0.04 * f64::from(k);
+            format!("{k},{},{},{}\n", 0.5 * rad.sin(), -0.5 * rad.cos(), heading(rad))
+        };
+        format!("t_s,x_m,y_m,yaw\n{}", (0..471).map(row).collect::<String>())
+    };
+    let logs = parsed(&table(&|rad| rad.to_degrees() % 360.0), "").unwrap();
+    assert_eq!(logs.notes[0].text, "the headings in `yaw` are degrees: converted");
+    let last = logs.poses.unwrap().poses[470].orientation.unwrap();
+    let expected_rad = 0.04 * 470.0 % std::f64::consts::TAU;
+    assert!((2.0 * last[2].atan2(last[3]) - expected_rad).abs() < 1e-9);
+    let error = parsed(&table(&|_| 90.0), "").unwrap_err().to_string();
+    assert!(error.contains("give their unit: --map heading_rad=yaw:deg, or rad"), "{error}");
+    assert!(parsed(&table(&|_| 90.0), "heading_rad=yaw:deg").is_ok());
+}
+
+#[test]
+fn poses_that_stand_until_the_next_are_taken_once() {
+    let row = |k: u32| {
+        let held = f64::from(k / 4 * 4);
+        format!("{},{k},{k},{},{}\n", f64::from(k) * 0.01, 1e-5 * held * held, 2e-4 * held)
+    };
+    let text = format!("t_s,left_rad,right_rad,x_m,y_m\n{}", (0..400).map(row).collect::<String>());
+    let logs = parsed(&text, "").unwrap();
+    assert_eq!(logs.poses.unwrap().poses.len(), 100);
+    assert!(logs.notes[0].text.contains("the first of each is taken"), "{:?}", logs.notes);
+}

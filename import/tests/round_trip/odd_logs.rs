@@ -1,0 +1,209 @@
+//! Logs as people have them: what is certain is mended and said, what may be either of two things is asked.
+
+use std::path::PathBuf;
+
+use import::log::{Pose3, PoseLog, WheelLog};
+use import::mcap::BagWriter;
+use import::message::{encode_joints, encode_odometry, encode_pose};
+use import::source::{Choice, Sources};
+use import::understand::{Understood, understand};
+
+use crate::hints;
+
+/// The nominal robot \[m\].
+const RADIUS_M: f64 = 0.036;
+const WIDTH_M: f64 = 0.372;
+
+/// Moves: travel \[m/s\], turn \[rad/s\], time \[s\], each followed by a stop. They repeat themselves.
+const MOVES: [[f64; 3]; 5] =
+    [[0.3, 0.0, 5.0], [0.0, 1.0, 5.0], [-0.3, 0.0, 4.0], [0.25, 0.6, 6.0], [0.0, -1.0, 5.5]];
+
+/// Wheels in radians and poses, both at 50 Hz, of a robot whose right wheel is 0.6 % too large.
+fn drive() -> (WheelLog, PoseLog) {
+    const STEP_S: f64 = 0.02;
+    let (mut wheels, mut poses) = (WheelLog::default(), PoseLog::default());
+    let ([mut x_m, mut y_m], mut heading_rad, mut turned) = ([0.0; 2], 0.0_f64, [0.0; 2]);
+    for (number, [travel, turn, time_s]) in MOVES.iter().cycle().take(15).enumerate() {
+        let stop_s = 2.6 + 0.13 * (number % 5) as f64;
+        for step in 0..((time_s + stop_s) / STEP_S) as usize {
+            let at_s = step as f64 * STEP_S;
+            let share = (at_s.min(time_s - at_s) / 0.5).clamp(0.0, 1.0);
+            let apart = share * turn * WIDTH_M / 2.0;
+            let rolled_m = [share * travel - apart, share * travel + apart].map(|v| v * STEP_S);
+            turned = [0, 1].map(|side: usize| turned[side] + rolled_m[side] / RADIUS_M);
+            let (left_m, right_m) = (rolled_m[0], 1.006 * rolled_m[1]);
+            let middle_rad = heading_rad + (right_m - left_m) / WIDTH_M / 2.0;
+            heading_rad += (right_m - left_m) / WIDTH_M;
+            x_m += (left_m + right_m) / 2.0 * middle_rad.cos();
+            y_m += (left_m + right_m) / 2.0 * middle_rad.sin();
+            let t_s = 1e9 + wheels.t_s.len() as f64 * STEP_S;
+            wheels.t_s.push(t_s);
+            wheels.turned.push(turned);
+            let (sin, cos) = (heading_rad / 2.0).sin_cos();
+            // A tracker is never the same twice.
+            let noise_m = 3e-4 * (7.7 * t_s).sin();
+            let position_m = [x_m + noise_m, y_m - noise_m, 0.1];
+            poses.poses.push(Pose3 { t_s, position_m, orientation: Some([0.0, 0.0, sin, cos]) });
+        }
+    }
+    (wheels, poses)
+}
+
+fn of_one_clock(wheels: WheelLog, poses: &PoseLog) -> Understood {
+    understand(wheels, poses, &hints(), true).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn notes(understood: &Understood) -> String {
+    understood.notes.iter().map(|note| note.text.as_str()).collect::<Vec<_>>().join("\n")
+}
+
+/// All runs but those that are left out, at most so many, on one clock; the wheels end where they did.
+fn check(understood: &Understood, left_out_max: usize) {
+    assert!(understood.clock.late_s.abs() < 1e-3, "{:?}", understood.clock);
+    assert!(understood.left_out.len() <= left_out_max, "{:?}", understood.left_out);
+    assert_eq!(understood.runs.len() + understood.left_out.len(), 15);
+    let first = &understood.runs[0].recording;
+    let rolled_rad = first.wheels[first.wheels.len() - 1].phi_rad;
+    let from_rad = first.wheels[0].phi_rad;
+    for (to, from) in [(rolled_rad.left, from_rad.left), (rolled_rad.right, from_rad.right)] {
+        assert!((to - from - 4.5 * 0.3 / RADIUS_M).abs() < 0.5, "{}", to - from);
+    }
+}
+
+#[test]
+fn a_tracker_that_freezes_and_drops_out_does_not_move_the_clock_to_where_the_drive_repeats_itself()
+{
+    let (wheels, mut poses) = drive();
+    let begin_s = wheels.t_s[0];
+    let frozen = poses.poses.iter().find(|pose| pose.t_s > begin_s + 10.0).copied().unwrap();
+    for pose in &mut poses.poses {
+        if (10.0..16.0).contains(&(pose.t_s - begin_s)) {
+            *pose = Pose3 { t_s: pose.t_s, ..frozen };
+        }
+    }
+    poses.poses.retain(|pose| !(50.0..53.0).contains(&(pose.t_s - begin_s)));
+    check(&of_one_clock(wheels, &poses), 3);
+}
+
+#[test]
+fn a_counter_that_restarts_costs_one_run_and_not_the_clock() {
+    let (mut wheels, poses) = drive();
+    let from = 600;
+    let zero = wheels.turned[from];
+    for turned in &mut wheels.turned[from..] {
+        *turned = [0, 1].map(|side| turned[side] - zero[side]);
+    }
+    check(&of_one_clock(wheels, &poses), 1);
+}
+
+#[test]
+fn a_wheel_that_counts_backwards_is_found_though_going_looks_like_turning() {
+    for side in 0..2 {
+        let (mut wheels, poses) = drive();
+        wheels.turned.iter_mut().for_each(|turned| turned[side] = -turned[side]);
+        let understood = of_one_clock(wheels, &poses);
+        check(&understood, 0);
+        let name = ["left", "right"][side];
+        assert!(notes(&understood).contains(&format!("the {name} wheel counts backwards")));
+    }
+}
+
+#[test]
+fn wheels_in_degrees_turns_or_metres_are_converted_by_the_radius() {
+    for (name, unit) in [
+        ("degrees", std::f64::consts::PI / 180.0),
+        ("turns", std::f64::consts::TAU),
+        ("metres", 1.0 / RADIUS_M),
+    ] {
+        let (mut wheels, poses) = drive();
+        wheels.turned.iter_mut().flatten().for_each(|number| *number /= unit);
+        let understood = of_one_clock(wheels, &poses);
+        check(&understood, 0);
+        assert!(notes(&understood).contains(&format!("are in {name}, not in radians")));
+    }
+}
+
+#[test]
+fn wheels_of_two_robots_in_one_topic_are_an_error() {
+    let (mut wheels, poses) = drive();
+    wheels.turned.iter_mut().skip(1).step_by(2).for_each(|turned| *turned = [40.0, 70.0]);
+    let error = understand(wheels, &poses, &hints(), true).unwrap_err().to_string();
+    assert!(error.contains("goes to and fro from sample to sample, as of two robots"), "{error}");
+}
+
+#[test]
+fn poses_of_another_drive_with_the_same_motions_are_an_error() {
+    let (wheels, mut poses) = drive();
+    let end_s = wheels.t_s[0] + wheels.t_s[wheels.t_s.len() - 1];
+    poses.poses.iter_mut().for_each(|pose| pose.t_s = end_s - pose.t_s);
+    poses.poses.reverse();
+    let error = understand(wheels, &poses, &hints(), true).unwrap_err().to_string();
+    assert!(error.contains("no motion in common") || error.contains("repeats itself"), "{error}");
+}
+
+/// A bag of two robots, each under a name of its own, with odometry and where it is on a map.
+fn two_robots(folder: &std::path::Path) -> PathBuf {
+    let mut bag = BagWriter::new(Vec::new()).unwrap();
+    let (wheels, poses) = drive();
+    for (robot, until) in [("/robot1", 400), ("/robot2", 1000)] {
+        let joints =
+            bag.channel(&format!("{robot}/joint_states"), "sensor_msgs/msg/JointState", "");
+        let measured = bag.channel(&format!("{robot}/pose"), "geometry_msgs/msg/PoseStamped", "");
+        let odometry = bag.channel(&format!("{robot}/odom"), "nav_msgs/msg/Odometry", "");
+        for k in 0..until {
+            let (t_s, [left, right], pose) = (wheels.t_s[k], wheels.turned[k], poses.poses[k]);
+            // In another order in each message.
+            let mut names = [("wheel_left_joint", left), ("wheel_right_joint", right)];
+            if k % 2 == 1 {
+                names.reverse();
+            }
+            bag.message(joints, t_s, &encode_joints(t_s, &names)).unwrap();
+            bag.message(measured, t_s, &encode_pose("map", &pose)).unwrap();
+            let bytes = encode_odometry(["odom", "base"], &pose, [0.0; 2]);
+            bag.message(odometry, t_s, &bytes).unwrap();
+        }
+    }
+    let file = folder.join("two.mcap");
+    std::fs::write(&file, bag.finish().unwrap()).unwrap();
+    file
+}
+
+#[test]
+fn of_two_robots_with_the_same_joints_one_is_chosen_by_its_topic() {
+    let folder = tempfile::tempdir().unwrap();
+    let sources = Sources::open(&[two_robots(folder.path())], &[]).unwrap();
+    let named = |left: &str| Some([left.to_owned(), "wheel_right_joint".to_owned()]);
+    let pose = Some("/robot2/pose".to_owned());
+    let both =
+        Choice { wheels: named("wheel_left_joint"), pose: pose.clone(), ..Choice::default() };
+    for choice in [&both, &Choice::default()] {
+        let error = sources.choose(choice).unwrap_err().to_string();
+        let option = "--wheels /robot2/joint_states:wheel_left_joint,wheel_right_joint";
+        assert!(error.contains("more than one thing") && error.contains(option), "{error}");
+    }
+    let one = named("/robot2/joint_states:wheel_left_joint");
+    let chosen = sources.choose(&Choice { wheels: one, pose, ..Choice::default() }).unwrap();
+    assert_eq!((chosen.wheels.t_s.len(), chosen.poses.poses.len()), (1000, 1000));
+    assert_eq!(chosen.wheels.turned, drive().0.turned[..1000]);
+}
+
+#[test]
+fn poses_that_may_come_from_the_wheels_are_taken_with_a_warning_and_only_if_they_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let sources = Sources::open(&[two_robots(folder.path())], &[]).unwrap();
+    let wheels =
+        Some(["/robot1/joint_states:wheel_left_joint", "wheel_right_joint"].map(String::from));
+    let of = |pose: &str| Choice {
+        pose: Some(pose.into()),
+        wheels: wheels.clone(),
+        ..Choice::default()
+    };
+    let warned = |pose: &str| {
+        let notes = sources.choose(&of(pose)).unwrap().notes;
+        notes
+            .iter()
+            .any(|note| note.text.contains("they agree with the wheels where these are wrong"))
+    };
+    assert!(warned("/robot1/odom"));
+    assert!(!warned("/robot1/pose"));
+}

@@ -16,6 +16,7 @@
 //! | [`pose_source`] | what measures where the robot is |
 //! | [`campaign_recorder`] | drives and records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
+//! | [`fit_cache`] | what was found before, kept so that no campaign is fitted twice |
 //! | [`fleet`] | what many campaigns say |
 //! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`import_page`] | what an import understood, on a page |
@@ -43,6 +44,7 @@ pub mod config_text;
 pub mod error;
 pub mod escape;
 pub mod explain;
+pub mod fit_cache;
 pub mod fleet;
 pub mod hex;
 pub mod import_page;

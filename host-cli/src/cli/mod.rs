@@ -15,8 +15,8 @@ pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
 pub use analysis::{
-    AddArgs, CompareArgs, ExplainArgs, FleetArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
-    ServeArgs,
+    AddArgs, CacheArgs, CompareArgs, ExplainArgs, FleetArgs, Format, ModelCommand, RemoveArgs,
+    ReportArgs, ServeArgs,
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};

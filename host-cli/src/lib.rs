@@ -27,6 +27,7 @@
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`motors`] | what the motors lack, in words |
 //! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
+//! | [`watch`] | a robot on the whole screen of a terminal, or as lines |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line; one file per command |
 //! | [`error`], [`interrupt`] | errors for a person, Ctrl-C |
@@ -61,6 +62,7 @@ pub mod table;
 pub mod tune;
 pub mod ui;
 pub mod undo;
+pub mod watch;
 pub mod wheel_angles;
 
 /// What is found, in sentences and as JSON, and numbers with units: `findings` is for other programs as well.

@@ -64,7 +64,7 @@ fn explain_report_apply_and_compare_fit_once_and_every_figure_is_that_of_a_fresh
         assert_eq!(outcome.stderr.matches(WORD).count(), says, "{command}: {outcome:#?}");
         assert_eq!(kept(&temp).len(), 2, "{command}");
     }
-    assert_eq!(temp.listing(), ["robot", "state"]);
+    assert_eq!(temp.listing(), ["robot"]);
 }
 
 #[test]
@@ -123,10 +123,9 @@ fn whatever_a_fit_depends_on_it_is_made_again_if_that_changes() {
     temp.run("model add track_width robot").ok();
     assert!(!reuses(&temp.run("explain robot").ok()));
     assert!(reuses(&temp.run("compare robot").ok()));
-    // The name of the robot is in the words, and in no number.
+    // The name of the robot is in no number.
     edit("robot/robot.toml", "mystery robot", "other robot");
-    let renamed = temp.run("explain robot").ok();
-    assert!(reuses(&renamed) && renamed.stdout.contains("other robot"), "{renamed:#?}");
+    assert!(reuses(&temp.run("explain robot").ok()));
 }
 
 #[test]

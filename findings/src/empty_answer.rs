@@ -22,5 +22,6 @@ pub fn nothing_found() -> Answer {
         tolerance_m: 1e-4,
         predicts_with: Vec::new(),
         noise: OdometryNoise::TYPICAL,
+        compared_by: OdometryNoise::TYPICAL,
     }
 }

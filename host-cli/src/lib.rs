@@ -16,6 +16,7 @@
 //! | [`pose_source`] | what measures where the robot is |
 //! | [`campaign_recorder`] | drives and records whole campaigns |
 //! | [`mod@compare`], [`explain`], [`report`] | what a campaign says, in tables and on a page |
+//! | [`fit_cache`] | what was found before, kept so that no campaign is fitted twice |
 //! | [`fleet`] | what many campaigns say |
 //! | [`calibration_page`] | the page and the drawing of a calibration |
 //! | [`import_page`] | what an import understood, on a page |
@@ -26,6 +27,7 @@
 //! | [`mod@hex`] | bytes as hexadecimal text |
 //! | [`motors`] | what the motors lack, in words |
 //! | [`words`], [`json`] | what `robot-model` finds, in sentences and as JSON |
+//! | [`watch`] | a robot on the whole screen of a terminal, or as lines |
 //! | [`quantity`] | numbers with units, read and written |
 //! | [`cli`], [`command`] | the command line; one file per command |
 //! | [`error`], [`interrupt`] | errors for a person, Ctrl-C |
@@ -43,6 +45,7 @@ pub mod config_text;
 pub mod error;
 pub mod escape;
 pub mod explain;
+pub mod fit_cache;
 pub mod fleet;
 pub mod hex;
 pub mod import_page;
@@ -59,6 +62,7 @@ pub mod table;
 pub mod tune;
 pub mod ui;
 pub mod undo;
+pub mod watch;
 pub mod wheel_angles;
 
 /// What is found, in sentences and as JSON, and numbers with units: `findings` is for other programs as well.

@@ -1,7 +1,11 @@
 //! Where the owner of a serial port that is shared listens: told in a file of the user's own.
+//!
+//! The owner holds a lock beside that file for as long as it lives. An announcement without one is of a program that was
+//! killed, and whoever listens at that address by now is somebody else.
 
+use std::fs::{self, File, TryLockError};
 use std::io;
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -9,28 +13,65 @@ use std::time::Duration;
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// An announcement, until this value is dropped.
-pub struct Announcement(PathBuf);
+pub struct Announcement {
+    file: PathBuf,
+    /// Locked until this process ends, however it does.
+    _lock: File,
+}
 
 impl Announcement {
     /// Announces that this serial port is reached at this address; `None` if the user has no folder for it.
     pub fn new(port: &str, address: &str) -> Option<Self> {
-        let file = file_of(port)?;
-        announce(&file, address).ok().map(|()| Self(file))
+        Self::at(file_of(port)?, address).ok()
+    }
+
+    fn at(file: PathBuf, address: &str) -> io::Result<Self> {
+        if let Some(folder) = file.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        // What a killed owner left goes first: once the lock is held, the file is believed.
+        match fs::remove_file(&file) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let lock = File::options().create(true).append(true).open(lock_of(&file))?;
+        // Whoever asks holds it for an instant.
+        let mut tries = 10;
+        while let Err(TryLockError::WouldBlock) = lock.try_lock() {
+            tries -= 1;
+            if tries == 0 {
+                return Err(io::ErrorKind::AlreadyExists.into());
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        fs::write(&file, address)?;
+        Ok(Self { file, _lock: lock })
     }
 }
 
 impl Drop for Announcement {
     fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
+        let _ = fs::remove_file(&self.file);
     }
 }
 
 /// A connection to the program that owns this serial port, if one does and shares it.
 pub fn owner_of(port: &str) -> Option<TcpStream> {
-    let address = std::fs::read_to_string(file_of(port)?).ok()?;
-    // One that ended without taking its announcement back does not answer.
-    let address = address.trim().strip_prefix("tcp:")?.parse().ok()?;
-    TcpStream::connect_timeout(&address, PATIENCE).ok()
+    TcpStream::connect_timeout(&announced(&file_of(port)?)?, PATIENCE).ok()
+}
+
+/// The address in an announcement whose owner lives. On a file system without locks, a connection has to show that.
+fn announced(file: &Path) -> Option<SocketAddr> {
+    // Nobody holds it: the owner has ended without taking its announcement back.
+    if File::open(lock_of(file)).ok()?.try_lock_shared().is_ok() {
+        return None;
+    }
+    fs::read_to_string(file).ok()?.trim().strip_prefix("tcp:")?.parse().ok()
+}
+
+/// Beside the announcement, as some systems let nobody read what is locked.
+fn lock_of(file: &Path) -> PathBuf {
+    file.with_extension("lock")
 }
 
 /// In a folder that is this user's alone.
@@ -47,9 +88,27 @@ fn file_of(port: &str) -> Option<PathBuf> {
     Some(folder.join("beeline").join(format!("port{name}")))
 }
 
-fn announce(file: &Path, address: &str) -> io::Result<()> {
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder)?;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_announcement_is_believed_while_its_owner_lives_and_no_longer() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("beeline/port-dev-ttyACM0");
+        assert_eq!(announced(&file), None);
+        let owner = Announcement::at(file.clone(), "tcp:127.0.0.1:7700").unwrap();
+        assert_eq!(announced(&file), Some(([127, 0, 0, 1], 7700).into()));
+        assert_eq!(announced(&file), Some(([127, 0, 0, 1], 7700).into()), "asking takes no lock");
+        drop(owner);
+        assert_eq!(announced(&file), None);
+        assert!(!file.exists());
+        // Killed: the file stays, the lock does not. Another program may have that address by now.
+        fs::write(&file, "tcp:127.0.0.1:7700").unwrap();
+        assert_eq!(announced(&file), None);
+        let next = Announcement::at(file.clone(), "tcp:127.0.0.1:7701").unwrap();
+        assert_eq!(announced(&file), Some(([127, 0, 0, 1], 7701).into()));
+        drop(next);
+        assert_eq!(announced(&file), None);
     }
-    std::fs::write(file, address)
 }

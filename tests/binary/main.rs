@@ -14,6 +14,7 @@ mod drive;
 mod example;
 mod files;
 mod first_run;
+mod fit_cache;
 mod fleet;
 mod gyro;
 mod help;

@@ -7,6 +7,8 @@ mod key;
 mod network;
 #[cfg(unix)]
 mod robot_page;
+#[cfg(target_os = "linux")]
+mod watch;
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::Child;

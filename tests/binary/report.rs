@@ -120,7 +120,7 @@ fn no_page_says_that_no_further_run_is_needed_while_something_is_unexplained() {
 #[test]
 fn explain_shows_on_a_terminal_what_it_found_so_far() {
     use std::io::Read;
-    use std::process::{Command, Stdio};
+    use std::process::Stdio;
     use std::time::Duration;
 
     use serialport::{SerialPort, TTYPort};
@@ -130,9 +130,8 @@ fn explain_shows_on_a_terminal_what_it_found_so_far() {
     let (mut terminal, inner) = TTYPort::pair().unwrap();
     terminal.set_timeout(Duration::from_secs(1)).unwrap();
     let open = |name: &str| std::fs::OpenOptions::new().read(true).write(true).open(name).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_beeline"))
-        .args(["explain", "robot"])
-        .current_dir(temp.path(""))
+    let mut child = temp
+        .command(&["explain", "robot"])
         .env("TERM", "xterm")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -153,6 +152,7 @@ fn explain_shows_on_a_terminal_what_it_found_so_far() {
     let shown = String::from_utf8_lossy(&shown);
     let mut rest = &shown[..];
     for words in [
+        "reading and checking the runs",
         "checked",
         "clocks of poses and wheels agree",
         "radius, ratio, track: ",

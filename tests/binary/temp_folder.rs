@@ -11,17 +11,25 @@ use crate::outcome::{Outcome, collect};
 /// A folder of its own in which the program runs; gone with the test.
 pub struct TempFolder {
     folder: TempDir,
+    /// What fits found: not in the folder, whose listing tests look at.
+    cache: TempDir,
 }
 
 impl TempFolder {
     /// An empty one.
     pub fn new() -> Self {
-        Self { folder: tempfile::tempdir().expect("a folder for the test") }
+        let folder = || tempfile::tempdir().expect("a folder for the test");
+        Self { folder: folder(), cache: folder() }
     }
 
     /// A place in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
+    }
+
+    /// A place in the folder of what is kept to save time.
+    pub fn cache(&self, name: &str) -> PathBuf {
+        self.cache.path().join(name)
     }
 
     /// Puts a file there.
@@ -70,6 +78,7 @@ impl TempFolder {
             .args(arguments)
             .current_dir(self.folder.path())
             .env("XDG_STATE_HOME", self.path("state"))
+            .env("XDG_CACHE_HOME", self.cache.path())
             .env_remove("BEELINE_PORT")
             .env_remove("BEELINE_KEY_FILE")
             .env_remove("CLICOLOR_FORCE")

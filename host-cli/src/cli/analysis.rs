@@ -7,6 +7,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use robot_model::effect::custom::Per;
 
 use super::value_parsers::above_zero;
+use crate::fit_cache::FitCache;
 use crate::quantity::Length;
 
 /// How a result is printed.
@@ -23,6 +24,21 @@ impl Format {
     /// Whether this is JSON.
     pub fn is_json(self) -> bool {
         self == Self::Json
+    }
+}
+
+/// Whether what was found before is used again.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct CacheArgs {
+    /// Fit again even if nothing has changed since the last fit, and do not keep what is found.
+    #[arg(long)]
+    pub no_cache: bool,
+}
+
+impl CacheArgs {
+    /// What was found before.
+    pub fn cache(self, quiet: bool) -> FitCache {
+        if self.no_cache { FitCache::none() } else { FitCache::of_user(quiet) }
     }
 }
 
@@ -47,6 +63,9 @@ pub struct CompareArgs {
     /// Text for people, or JSON.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
+    /// Whether what was found before is used again.
+    #[command(flatten)]
+    pub reuse: CacheArgs,
 }
 
 /// `beeline explain`
@@ -78,6 +97,9 @@ pub struct ExplainArgs {
     /// Exit with 1 if something that matters is missing, as `git diff` does.
     #[arg(long)]
     pub exit_code: bool,
+    /// Whether what was found before is used again.
+    #[command(flatten)]
+    pub reuse: CacheArgs,
 }
 
 /// `beeline model ...`
@@ -195,6 +217,9 @@ pub struct ReportArgs {
     /// Write the page of `beeline serve` with its answers in it: effects can be switched without a server.
     #[arg(long)]
     pub interactive: bool,
+    /// Whether what was found before is used again.
+    #[command(flatten)]
+    pub reuse: CacheArgs,
 }
 
 /// `beeline serve`
@@ -220,6 +245,9 @@ pub struct ServeArgs {
     /// Do not open a browser.
     #[arg(long)]
     pub no_open: bool,
+    /// Whether what was found before is used again.
+    #[command(flatten)]
+    pub reuse: CacheArgs,
 }
 
 fn per(text: &str) -> Result<Per, String> {

@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use clap::{Args, Subcommand};
 
-use super::Measure;
 use super::value_parsers::{above_zero, acceleration, angle, count, length, speed};
+use super::{CacheArgs, Measure};
 use crate::quantity::{Acceleration, Angle, Length, Speed};
 
 /// `beeline campaign ...`
@@ -146,6 +146,9 @@ pub struct ApplyArgs {
     /// Restore the configuration that was in use before the last `apply`.
     #[arg(long, conflicts_with = "campaign")]
     pub undo: bool,
+    /// Whether what was found before is used again.
+    #[command(flatten)]
+    pub reuse: CacheArgs,
 }
 
 /// Free floor, `3mx2.5m` or `3m` \[m\].

@@ -15,8 +15,8 @@ pub use self::campaign::{
     ApplyArgs, CampaignCommand, CampaignRecordArgs, FloorSize, Mass, PlanArgs, PlanCommandArgs,
 };
 pub use analysis::{
-    AddArgs, CompareArgs, ExplainArgs, FleetArgs, Format, ModelCommand, RemoveArgs, ReportArgs,
-    ServeArgs,
+    AddArgs, CacheArgs, CompareArgs, ExplainArgs, FleetArgs, Format, ModelCommand, RemoveArgs,
+    ReportArgs, ServeArgs,
 };
 pub use calibrate::{CalibrateArgs, WheelWeightArgs};
 pub use drive::{DriveArgs, DriveCommand, ProfileArgs, VelocitySource};
@@ -34,6 +34,7 @@ use clap::{Args, Parser, Subcommand};
 use self::value_parsers::{above_zero, rate, time, whole};
 use crate::port::{Port, SimOptions};
 use crate::quantity::Time;
+use crate::watch::Column;
 
 const STYLES: Styles = Styles::styled()
     .header(AnsiColor::Green.on_default().bold())
@@ -262,10 +263,30 @@ pub enum KeyCommand {
 
 /// `beeline watch`
 #[derive(Args, Clone, Debug)]
+#[command(after_help = "\
+On a terminal: state and faults with what to do, who drives, supply, both wheels with speed, setpoint, following error
+and duty, the path, and how much telemetry was lost. Keys: s or space is the emergency stop, p pauses, q quits.
+
+Examples:
+  beeline watch --port /dev/ttyACM0
+  beeline watch --plain --for 5s
+  beeline watch --columns time,left-counts,right-counts,left-duty,right-duty")]
 pub struct WatchArgs {
-    /// Frames per second, 1 to 1000: a divisor of 1000.
-    #[arg(long, default_value_t = 10, value_parser = rate)]
-    pub rate: u16,
+    /// Frames per second, 1 to 1000: a divisor of 1000 [default: 50 on the whole screen, 10 as lines].
+    #[arg(long, value_parser = rate)]
+    pub rate: Option<u16>,
+    /// Print lines even on a terminal.
+    #[arg(long)]
+    pub plain: bool,
+    /// Print lines with these columns.
+    #[arg(
+        long,
+        value_name = "COLUMN,...",
+        value_delimiter = ',',
+        value_enum,
+        conflicts_with = "json"
+    )]
+    pub columns: Vec<Column>,
     /// Stop after this long; without it, at Ctrl-C (simulator: after 2 s of its time).
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
     pub duration: Option<Time>,

@@ -14,6 +14,7 @@ use crate::apply::{Change, Estimate, Remedy, chosen, estimates, unconfirmed};
 use crate::cli::{ApplyArgs, Common};
 use crate::error::{Error, Result};
 use crate::explain::{explained, flash_option, wrong_in_robot_toml};
+use crate::fit_cache::{FitCache, Question};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
@@ -37,7 +38,8 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         warn(warning);
     }
     warn_of_runs_without_poses(&campaign);
-    let (effects, unsettled) = effects_of(folder, &campaign, recordings, common.json)?;
+    let cache = args.reuse.cache(common.json);
+    let (effects, unsettled) = effects_of(folder, (&campaign, recordings), &cache, common.json)?;
     let (change, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         let identity = session.identify().await?;
         if identity.unsaved {
@@ -114,8 +116,8 @@ async fn write(
 /// The effects to apply: those of the campaign's model, or without one those that the explanation names.
 fn effects_of(
     folder: &std::path::Path,
-    campaign: &Campaign,
-    recordings: Recordings,
+    (campaign, recordings): (&Campaign, Recordings),
+    cache: &FitCache,
     quiet: bool,
 ) -> Result<(Vec<Estimate>, Option<Unsettled>)> {
     let place = ModelFile::place(folder);
@@ -135,8 +137,10 @@ fn effects_of(
     };
     let nominal_m = [campaign.robot.wheel_radius_m, campaign.robot.track_width_m];
     let campaign = recordings.into_model(campaign, folder)?;
-    let answer = explained(&campaign, &model.catalogue(), &in_use, quiet).map_err(failed)?;
-    let unsettled = unsettled(&answer, &model.catalogue(), nominal_m);
+    let catalogue = model.catalogue();
+    let question = Question { campaign: &campaign, catalogue: &catalogue, in_model: &in_use };
+    let answer = explained(&question, cache, quiet).map_err(failed)?;
+    let unsettled = unsettled(&answer, &catalogue, nominal_m);
     let mut effects = estimates(&answer);
     // What is compensated and not there: only a value shows whether that is sure.
     let gone = |entry: &&&EffectEntry| !effects.iter().any(|other| other.is(entry.id()));

@@ -4,7 +4,6 @@
 
 use std::path::Path;
 
-use robot_model::compare::Comparer;
 use serde_json::Value;
 
 use super::motors;
@@ -13,7 +12,7 @@ use crate::compare::show;
 use crate::error::{Error, Result};
 use crate::escape::shell_path;
 use crate::json;
-use crate::ui::{say, warn};
+use crate::ui::{Steps, say, warn};
 use campaign::Campaign;
 use campaign::model::ModelFile;
 
@@ -32,8 +31,8 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
         Error::new(format_args!("{}: {id} has no values yet", file.display()))
             .hint(format_args!("`beeline model fit {campaign}`"))
     })?;
-    let own: Vec<_> = model.own().collect();
-    let comparer = Comparer::new(&campaign, &own).map_err(Error::new)?;
+    let cache = args.reuse.cache(common.json);
+    let comparer = cache.comparer(&campaign, &model).map_err(Error::new)?;
     let comparison = comparer.compare(&model_effects);
     let nominal = (!model_effects.is_empty()).then(|| comparer.compare(&[]));
     if common.json || args.format.is_json() {
@@ -56,15 +55,21 @@ pub(super) fn warn_of_runs_without_poses(campaign: &Campaign) {
 /// Reads a campaign, prints its warnings, and returns it both as read and as `robot-model` takes
 /// it.
 pub(super) fn read(folder: &Path) -> Result<(Campaign, robot_model::recording::Campaign)> {
-    let (read, campaign, _) = read_and_judge(folder)?;
+    let (read, campaign, _) = read_and_judge(folder, true)?;
     Ok((read, campaign))
 }
 
-/// The same, with what is wrong with the data without keeping a fit from being made, for programs.
+/// The same, with what is wrong with the data without keeping a fit from being made, for programs. A terminal shows what is
+/// done, unless `quiet`.
 pub(super) fn read_and_judge(
     folder: &Path,
+    quiet: bool,
 ) -> Result<(Campaign, robot_model::recording::Campaign, Vec<Value>)> {
+    let steps = Steps::new(quiet);
+    steps.now("reading and checking the runs");
     let (read, recordings) = Campaign::read_both(folder)?;
+    // Nothing is drawn over warnings.
+    drop(steps);
     read.warnings.iter().for_each(warn);
     let found = json::data_hypotheses(&read, &recordings, folder);
     let campaign = recordings.into_model(&read, folder)?;

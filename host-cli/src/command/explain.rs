@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::explain::{
     AnswerContext, effects_with_values, explained, headline, net_changes, next_run_options, show,
 };
+use crate::fit_cache::Question;
 use crate::json;
 use crate::ui::{note, say};
 use campaign::Campaign;
@@ -27,13 +28,14 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     if let Some(file) = &args.save {
         check_new(file)?;
     }
-    let (read, campaign, data) = read_and_judge(&args.campaign)?;
+    let (read, campaign, data) = read_and_judge(&args.campaign, common.json)?;
     warn_if_single_run(&campaign);
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let catalogue = model.catalogue();
     let in_model: Vec<&str> = model.chosen().iter().map(|effect| effect.facts().id).collect();
-    let mut answer =
-        explained(&campaign, &catalogue, &in_model, common.json).map_err(Error::new)?;
+    let cache = args.reuse.cache(common.json);
+    let question = Question { campaign: &campaign, catalogue: &catalogue, in_model: &in_model };
+    let mut answer = explained(&question, &cache, common.json).map_err(Error::new)?;
     if let Some(tolerance) = args.tolerance {
         answer = answer.with_tolerance(tolerance.m);
     }

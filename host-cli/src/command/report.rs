@@ -3,7 +3,6 @@
 //! The page itself is made by [`crate::report`].
 
 use robot_model::compare::{Comparer, EffectWithValues};
-use robot_model::effect::Effect;
 use serde_json::json;
 
 use super::compare::{read, warn_if_single_run};
@@ -13,6 +12,7 @@ use crate::error::{Error, Result};
 use crate::explain::{
     AnswerContext, effects_with_values, explained, net_changes, next_run_options,
 };
+use crate::fit_cache::Question;
 use crate::model_page::{Workbench, offline_page};
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
@@ -43,9 +43,10 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     };
     // Before the work: a file that cannot be written must not cost the time.
     check_writable(&args.output).map_err(|error| cannot(&error))?;
+    let cache = args.reuse.cache(common.json);
     if args.interactive {
         let options = next_run_options(common, &read);
-        let workbench = Workbench::new(&args.campaign, (read, campaign), options)?;
+        let workbench = Workbench::new(&args.campaign, (read, campaign), options, cache)?;
         let page = offline_page(&workbench, common.json);
         write_whole(&args.output, page.as_bytes()).map_err(|error| cannot(&error))?;
         tell(common.json, json!({"report": args.output}), format_args!("{output} written"));
@@ -55,9 +56,9 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let catalogue = model.catalogue();
     // Explained from the robot as recorded, whatever effects its model has been given since.
     let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
-    let answer = explained(&campaign, &catalogue, &in_use, common.json).map_err(Error::new)?;
-    let comparer =
-        Comparer::new(&campaign, &model.own().collect::<Vec<&dyn Effect>>()).map_err(Error::new)?;
+    let question = Question { campaign: &campaign, catalogue: &catalogue, in_model: &in_use };
+    let answer = explained(&question, &cache, common.json).map_err(Error::new)?;
+    let comparer = Comparer::with_noise(&campaign, answer.compared_by).map_err(Error::new)?;
     let found = effects_with_values(&answer.steps, &catalogue);
     let context = AnswerContext {
         combinations: net_changes(&comparer, &found),

@@ -45,7 +45,8 @@ fn model(common: &Common, args: &ServeArgs, folder: &Path) -> Result<()> {
     warn_if_single_run(&campaign);
     let server = bind(args.listen)?;
     let options = next_run_options(common, &read);
-    let workbench = model_page::Workbench::new(folder, (read, campaign), options)?;
+    let cache = args.reuse.cache(common.json);
+    let workbench = model_page::Workbench::new(folder, (read, campaign), options, cache)?;
     let workbench = Arc::new(workbench);
     let beside = Arc::clone(&workbench);
     std::thread::spawn(move || beside.explain());

@@ -2,17 +2,24 @@
 
 use robot_model::effect::Effect;
 use robot_model::explain::{Answer, Observer, Progress, explain_observed};
-use robot_model::recording::{Campaign, RecordingError};
+use robot_model::recording::RecordingError;
 
+use crate::fit_cache::{FitCache, Question};
 use crate::ui::{Steps, runs};
 
 /// Explains a campaign whose data were checked; shows on a terminal what was found so far, unless `quiet`.
+///
+/// What is known already is not computed again.
 pub fn explained(
-    campaign: &Campaign,
-    catalogue: &[&dyn Effect],
-    in_model: &[&str],
+    question: &Question<'_>,
+    cache: &FitCache,
     quiet: bool,
 ) -> Result<Answer, RecordingError> {
+    cache.answer(question, || explained_afresh(question, quiet))
+}
+
+fn explained_afresh(question: &Question<'_>, quiet: bool) -> Result<Answer, RecordingError> {
+    let Question { campaign, catalogue, in_model } = question;
     let steps = Steps::new(quiet);
     steps.found(&format!("data of {} checked", runs(campaign.runs.len())));
     steps.now("bringing clocks together");

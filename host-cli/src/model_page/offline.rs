@@ -34,7 +34,9 @@ const POLICY: &str = "<meta http-equiv=\"Content-Security-Policy\" \
 pub fn offline_page(workbench: &Workbench, quiet: bool) -> String {
     workbench.explain();
     let campaign = workbench.campaign();
-    let explanation = workbench.explanation();
+    let mut explanation = workbench.explanation();
+    // Lines for who waits; a fit that is reused has none.
+    explanation["found"] = json!([]);
     let models = models(workbench, &requests(&campaign, &explanation), quiet);
     let recorded = json!({"campaign": campaign, "explanation": explanation, "models": models});
     // `</script>` in a name would end the script.

@@ -19,6 +19,7 @@ use super::request::ModelRequest;
 use crate::error::{Error, Result};
 use crate::escape::shell_path;
 use crate::explain::{AnswerContext, headline, next_run_command, no_next_run, progress_line};
+use crate::fit_cache::{FitCache, Question};
 use crate::{json as shared, words};
 
 /// So many models are remembered; then all are forgotten.
@@ -33,6 +34,7 @@ pub struct Workbench {
     robot_options: String,
     fitter: ModelFitter,
     comparer: OnceLock<Comparer>,
+    cache: FitCache,
     /// The model in the folder, with the equations that the user adds on the page.
     model: Mutex<ModelFile>,
     /// Effects that the robot compensated while it was recorded.
@@ -54,6 +56,7 @@ impl Workbench {
         folder: &Path,
         (read, campaign): (Campaign, recording::Campaign),
         robot_options: String,
+        cache: FitCache,
     ) -> Result<Self> {
         let model = ModelFile::read_or_empty(&ModelFile::place(folder))?;
         let in_use = model.in_use().iter().map(|entry| entry.id().to_owned()).collect();
@@ -65,6 +68,7 @@ impl Workbench {
             robot_options,
             fitter,
             comparer: OnceLock::new(),
+            cache,
             model: Mutex::new(model),
             in_use,
             remembered: Mutex::default(),
@@ -206,7 +210,11 @@ impl Workbench {
             let line = progress_line(&progress, &catalogue);
             locked(&self.explanation).found.push(line);
         };
-        let answer = explain_observed(&self.campaign, &catalogue, &in_use, Some(&mut observer));
+        let question =
+            Question { campaign: &self.campaign, catalogue: &catalogue, in_model: &in_use };
+        let answer = self.cache.answer(&question, || {
+            explain_observed(&self.campaign, &catalogue, &in_use, Some(&mut observer))
+        });
         let value = match answer {
             Ok(answer) => self.told(&answer, &catalogue),
             Err(error) => json!({"error": error.to_string()}),
@@ -246,8 +254,8 @@ impl Workbench {
     fn comparer(&self) -> &Comparer {
         self.comparer.get_or_init(|| {
             let model = self.model().clone();
-            let own: Vec<&dyn Effect> = model.own().collect();
-            Comparer::new(&self.campaign, &own)
+            self.cache
+                .comparer(&self.campaign, &model)
                 .expect("the fitter has prepared the same campaign already")
         })
     }

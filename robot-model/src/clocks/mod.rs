@@ -20,11 +20,13 @@ mod fine;
 #[cfg(test)]
 mod tests;
 
+use serde::{Deserialize, Serialize};
+
 use crate::recording::campaign::{Campaign, Prepared};
 use crate::recording::run::RecordingError;
 
 /// The clock of one run's poses, relative to that of its wheels; equation (1).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClockFound {
     /// The run.
     pub run: String,

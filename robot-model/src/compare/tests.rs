@@ -2,7 +2,8 @@
 
 use super::*;
 use crate::effect::composition::Term;
-use crate::effect::{NetChange, Ways};
+use crate::effect::{CATALOGUE, Custom, Effect, NetChange, Ways};
+use crate::explain::explain_with;
 use crate::recording::RunKind;
 use crate::tests::synthetic::{campaign, full_plan, part_of_plan, term};
 
@@ -138,4 +139,17 @@ fn runs_without_headings_or_places_are_compared_as_far_as_they_go() {
     let comparison = Comparer::new(&runs, &[]).unwrap().compare(&[]);
     assert!(comparison.runs[0].position_m.is_some() && comparison.runs[0].heading_rad.is_none());
     assert!(comparison.runs[1].position_m.is_none() && comparison.runs[1].end_m.is_none());
+}
+
+#[test]
+fn an_explanation_has_the_noise_that_a_comparison_would_estimate() {
+    let own = Custom::from_equation("dtheta/ds = k * sin(4*theta)").unwrap();
+    let own = own.build().unwrap();
+    // Unknown to the search, so that it is made again with less noise; and known to it.
+    let runs = campaign(&full_plan(), &[Term::new(&own, vec![0.05])], 4);
+    for more in [vec![], vec![&own as &dyn Effect]] {
+        let catalogue = [CATALOGUE.to_vec(), more.clone()].concat();
+        let answer = explain_with(&runs, &catalogue).unwrap();
+        assert_eq!(answer.compared_by, *Comparer::new(&runs, &more).unwrap().noise());
+    }
 }

@@ -2,6 +2,8 @@
 //!
 //! The effects themselves are in `catalogue/` and in [`super::custom`].
 
+use serde::{Deserialize, Serialize};
+
 use std::borrow::Cow;
 
 use crate::kinematics::wheel_pair::WheelPair;
@@ -194,7 +196,7 @@ pub enum ActsOn {
 }
 
 /// What runs must have to show an effect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Need {
     /// A yaw rate sensor.
     YawRate,

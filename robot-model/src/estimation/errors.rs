@@ -1,6 +1,8 @@
 //! How large are the errors of a model, as a user sees them? Predicted against measured tracks, from the best start,
 //! on the runs fitted to and cross-validated.
 
+use serde::{Deserialize, Serialize};
+
 use nalgebra::DVector;
 
 use crate::effect::composition::{PlacedTerm, Term};
@@ -13,7 +15,7 @@ use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 
 /// Errors on the runs fitted to, and cross-validated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorPair {
     /// Fitted to all runs.
     pub fitted: Errors,
@@ -22,7 +24,7 @@ pub struct ErrorPair {
 }
 
 /// How far predicted and measured tracks lie apart.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Root of the mean squared distance, from the best start \[m\].
     pub position_rms_m: f64,

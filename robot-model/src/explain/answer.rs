@@ -2,6 +2,8 @@
 //!
 //! Sentences and JSON are made by the command.
 
+use serde::{Deserialize, Serialize};
+
 use crate::clocks::ClockFound;
 use crate::effect::definition::Need;
 use crate::estimation::errors::{ErrorPair, Errors};
@@ -10,7 +12,7 @@ use crate::recording::run_kind::RunKind;
 use crate::residuals::unexplained::Unexplained;
 
 /// The whole answer.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
     /// Effects that the user's model has already and these runs confirm.
     pub known: Vec<StepFound>,
@@ -42,10 +44,12 @@ pub struct Answer {
     pub predicts_with: Vec<Averaged>,
     /// The noise that goes with it.
     pub noise: OdometryNoise,
+    /// The noise that [`crate::compare::Comparer::new`] estimates with these effects: it needs no fit of its own.
+    pub compared_by: OdometryNoise,
 }
 
 /// One effect of the model that predicts other runs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Averaged {
     /// Its id.
     pub effect: String,
@@ -70,7 +74,7 @@ impl Answer {
 }
 
 /// Errors on held-out runs: nothing was fitted to them, and nothing was selected by them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
     /// How many runs.
     pub runs: usize,
@@ -83,7 +87,7 @@ pub struct HeldOut {
 }
 
 /// One effect found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepFound {
     /// Its id.
     pub effect: String,
@@ -109,7 +113,7 @@ pub struct StepFound {
 }
 
 /// Why an effect is accepted.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Evidence {
     /// How it shows in the residuals of a model without it, from its facts.
     pub signature: String,
@@ -120,7 +124,7 @@ pub struct Evidence {
 }
 
 /// One parameter.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterFound {
     /// Its name.
     pub name: String,
@@ -145,7 +149,7 @@ impl ParameterFound {
 }
 
 /// One effect not accepted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rejected {
     /// Its id.
     pub effect: String,
@@ -156,7 +160,7 @@ pub struct Rejected {
 }
 
 /// Why an effect is not accepted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Reason {
     /// The runs lack what would show it.
     Lacking(Need),
@@ -225,7 +229,7 @@ pub enum Reason {
 }
 
 /// A run worth driving.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NextRun {
     /// What to drive.
     pub kind: CandidateKind,
@@ -236,7 +240,7 @@ pub struct NextRun {
 }
 
 /// What a run is expected to show about effects that the campaign cannot tell apart.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PredictedSeparation {
     /// The effects.
     pub class: Vec<String>,
@@ -256,7 +260,7 @@ impl PredictedSeparation {
 }
 
 /// Runs that may be suggested, cheapest first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum CandidateKind {
     /// One straight.
     Straight,

@@ -98,14 +98,13 @@ pub fn explain_observed(
     let rejected = rejected(&choice, known.iter().chain(&steps));
     let mean = mean(&choice);
     let predicts_with = averaged(&choice, &mean);
-    let fitted_along = choice.along.iter().map(|index| predicts_with[*index].clone()).collect();
     let noise = selected.noise.of_one_pose(prepared.poses_in_one);
     let pose_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
     let answer = Answer {
         known,
         baseline,
         steps,
-        fitted_along,
+        fitted_along: choice.along.iter().map(|index| predicts_with[*index].clone()).collect(),
         rejected,
         unexplained,
         next_run: next_run(prepared, fitted, classes, kept),
@@ -116,6 +115,7 @@ pub fn explain_observed(
         tolerance_m: 0.0,
         predicts_with,
         noise: *weights,
+        compared_by: choice.first_noise.of_one_pose(prepared.poses_in_one),
     };
     Ok(answer.with_tolerance(TOLERANCE * pose_m))
 }

@@ -23,6 +23,8 @@ pub(crate) struct Choice<'a> {
     pub classes: Vec<Class<'a>>,
     /// The noise that weighs the runs for values and errors.
     pub weights: OdometryNoise,
+    /// The noise of the search that learns it from residuals, whichever search was taken.
+    pub first_noise: OdometryNoise,
     /// What a flexible model reaches beside them.
     pub flexible: Flexible,
     /// Radii and track width that are in the model only beside others of them, by their place in it.
@@ -39,7 +41,9 @@ pub(crate) fn choose<'a>(
     catalogue: &[&'a dyn Effect],
     in_model: &[&str],
 ) -> Choice<'a> {
-    let (prepared, mut selection, flexible) = beyond_noise(prepared, catalogue);
+    let selection = select(&prepared, catalogue);
+    let first_noise = selection.fitted.noise;
+    let (prepared, mut selection, flexible) = beyond_noise(prepared, selection, catalogue);
     let alternative = alternative_fit(&prepared, &selection.fitted, catalogue);
     let selected = selection.fitted.clone();
     if let Some(alternative) = &alternative {
@@ -56,7 +60,17 @@ pub(crate) fn choose<'a>(
     let weights =
         alternative.as_ref().map_or(selection.fitted.noise, |alternative| alternative.fitted.noise);
     let along = (0..selection.kept.len()).filter(|index| !is_found(&selection, *index)).collect();
-    Choice { prepared, selection, classes, weights, flexible, along, selected, alternative }
+    Choice {
+        prepared,
+        selection,
+        classes,
+        weights,
+        first_noise,
+        flexible,
+        along,
+        selected,
+        alternative,
+    }
 }
 
 /// Less noise than this share of what was learnt is worth another search.
@@ -65,8 +79,8 @@ const LESS_NOISE: f64 = 0.9;
 /// What is left of a model, relative to the reachable error, that must not go without a word.
 pub(super) const EXCESS_MAX: f64 = 1.2;
 
-/// The effects of a campaign, chosen by a noise estimate that no missing effect inflates, and what a flexible model
-/// reaches beside them.
+/// This selection, or one by a noise estimate that no missing effect inflates; and what a flexible model reaches beside
+/// it.
 ///
 /// Noise is learnt from residuals, so what no effect explains passes for noise and hides effects that are there. The
 /// flexible model takes up whatever repeats; if it leaves less noise, the search is made again with that. The outcome
@@ -74,9 +88,9 @@ pub(super) const EXCESS_MAX: f64 = 1.2;
 /// many effects.
 fn beyond_noise<'a>(
     prepared: Prepared,
+    selection: Selection<'a>,
     catalogue: &[&'a dyn Effect],
 ) -> (Prepared, Selection<'a>, Flexible) {
-    let selection = select(&prepared, catalogue);
     let first = flexible(&prepared, &selection.fitted, catalogue);
     if first.excess(prepared.robot.track_width_m) < 1.0 / LESS_NOISE {
         return (prepared, selection, first);

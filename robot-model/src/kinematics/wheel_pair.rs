@@ -1,7 +1,9 @@
 //! A pair of values, one for each wheel.
 
+use serde::Serialize;
+
 /// Left and right.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct WheelPair<T> {
     /// Of the left wheel.
     pub left: T,

@@ -1,5 +1,7 @@
 //! All runs of one robot, prepared once for every question that follows.
 
+use serde::Serialize;
+
 use crate::recording::condense::condensed;
 use crate::recording::excitation::Excitation;
 use crate::recording::motion::Motion;
@@ -8,7 +10,7 @@ use crate::recording::run::{Recording, RecordingError, RecordingProblem, Robot};
 use crate::recording::run_kind::{RunKind, kind_of};
 
 /// Recorded runs of one robot.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Campaign {
     /// The nominal robot.
     pub robot: Robot,

@@ -16,8 +16,10 @@
 //!
 //! How large each of these is, is estimated in [`crate::estimation`].
 
+use serde::{Deserialize, Serialize};
+
 /// Noise of measured poses, and of the odometry between them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OdometryNoise {
     /// Each coordinate of a measured position, one sigma \[m\].
     pub position_sigma_m: f64,

@@ -3,10 +3,12 @@
 use core::f64::consts::TAU;
 use core::fmt;
 
+use serde::Serialize;
+
 use crate::kinematics::wheel_pair::WheelPair;
 
 /// A robot as its data sheet describes it: all effects are relative to this.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Robot {
     /// Nominal radius of both wheels, R \[m\].
     pub wheel_radius_m: f64,
@@ -35,7 +37,7 @@ impl Robot {
 }
 
 /// The wheels at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct WheelSample {
     /// Time \[s\].
     pub t_s: f64,
@@ -44,7 +46,7 @@ pub struct WheelSample {
 }
 
 /// The pose as a camera, a tracker or a person measured it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoseMeasurement {
     /// Time by the sensor's clock \[s\].
     pub t_s: f64,
@@ -55,7 +57,7 @@ pub struct PoseMeasurement {
 }
 
 /// The yaw rate sensor at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct GyroSample {
     /// Time \[s\].
     pub t_s: f64,
@@ -64,7 +66,7 @@ pub struct GyroSample {
 }
 
 /// One run.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Recording {
     /// Its name.
     pub name: String,

@@ -1,10 +1,12 @@
 //! What kind of run was driven? Straight, spin, arc, square and others, told by the motion.
 
+use serde::{Deserialize, Serialize};
+
 use crate::recording::motion::Motion;
 use crate::recording::run::{Recording, RecordingError, Robot};
 
 /// Kinds of runs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum RunKind {
     /// Hardly moved.
     Rest,

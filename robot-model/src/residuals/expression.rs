@@ -4,6 +4,8 @@
 //! write them; their units are right by construction. Each is judged by the rule of the flexible model: what it gains on
 //! runs that it was not fitted to. An equation is offered only if it alone comes near the reachable error.
 
+use serde::{Deserialize, Serialize};
+
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::custom::{Custom, CustomEffect};
 use crate::effect::definition::Effect;
@@ -15,7 +17,7 @@ use crate::recording::campaign::Prepared;
 use crate::residuals::flexible_model::{Flexible, displacement_m, left_out};
 
 /// An equation that does nearly all that a flexible model does.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expression {
     /// The equation, as `beeline model add --custom` takes it.
     pub equation: String,

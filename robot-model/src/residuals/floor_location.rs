@@ -8,6 +8,8 @@
 //! p makes a wheel's travel over the place longer or shorter, q is slip under force. A place acts on whichever
 //! wheel comes there, in every run. The search is coarse over the whole floor, then fine around the best place.
 
+use serde::{Deserialize, Serialize};
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::effect::composition::{PlacedTerm, Term};
@@ -92,7 +94,7 @@ fn wheel_places_m(
 }
 
 /// A place of the coarse search.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlaceSeen {
     /// Its middle \[m\].
     pub at_m: [f64; 2],

@@ -1,7 +1,9 @@
 //! What may residuals depend on? The names only; the functions of each are in `auxiliary_effects.rs`.
 
+use serde::{Deserialize, Serialize};
+
 /// A quantity that residuals may depend on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Regressor {
     /// The angle of a wheel, or a multiple of it.
     WheelAngle,

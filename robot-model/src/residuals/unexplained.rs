@@ -9,6 +9,8 @@
 
 use core::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
 use crate::estimation::campaign_equations::CampaignEquations;
@@ -42,7 +44,7 @@ const ROUNDS_MAX: usize = 8;
 const RIPPLE_P: f64 = 1e-4;
 
 /// What the residuals depend on, if on anything.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Unexplained {
     /// Whether they depend on anything.
     pub structure: bool,

@@ -11,7 +11,6 @@ use std::time::Duration;
 
 use campaign::{CampaignWriter, Column, RobotFile, Row, RunFacts};
 use host_link::clock::TimeSource;
-use host_link::motion::{self, RecordOptions};
 use host_link::wire::{Waiting, Wire};
 use host_link::{Clock, Error, Session};
 use rand::{RngExt, SeedableRng};
@@ -19,9 +18,9 @@ use rand_chacha::ChaCha8Rng;
 use shared_proto::{Command, Decoder, Key, Name, Request};
 use sim_target::{now_us, sleep_until_us};
 
-use super::judge::{CRUISE_MPS, Invariant, Judge};
+use super::judge::{Invariant, Judge};
 use super::network::{Link, Network};
-use crate::robot::{meters, own_secret};
+use crate::robot::own_secret;
 
 /// What all hosts of a robot share.
 #[derive(Clone)]
@@ -42,6 +41,10 @@ pub struct Laboratory {
 pub struct Done {
     /// Motions driven to their end.
     pub drives: u32,
+    /// Drives at a velocity that changes.
+    pub velocities: u32,
+    /// Voltages applied to their end.
+    pub voltages: u32,
     /// Configurations saved.
     pub saves: u32,
     /// Keys changed.
@@ -64,9 +67,11 @@ pub struct Done {
 
 impl Done {
     /// Each with its name.
-    pub fn named(&self) -> [(&'static str, u32); 10] {
+    pub fn named(&self) -> [(&'static str, u32); 12] {
         [
             ("drives", self.drives),
+            ("velocities", self.velocities),
+            ("voltages", self.voltages),
             ("saves", self.saves),
             ("keys changed", self.keys),
             ("emergency stops", self.stops),
@@ -84,6 +89,10 @@ impl Done {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     Drive,
+    /// As a joystick does.
+    Steer,
+    /// Measures motors.
+    ApplyVoltages,
     Record,
     Configure,
     ChangeKey,
@@ -233,6 +242,8 @@ impl Laboratory {
     ) -> Result<(), Error> {
         match role {
             Role::Drive | Role::Record => self.drive(role, session, rng).await,
+            Role::Steer => self.steer(session, rng).await,
+            Role::ApplyVoltages => self.apply_voltages(session, rng).await,
             Role::Configure => self.configure(session).await,
             Role::ChangeKey => self.change_key(session, rng).await,
             Role::Stop => {
@@ -263,30 +274,8 @@ impl Laboratory {
         }
     }
 
-    /// Clears what is latched, and drives a short way.
-    pub async fn drive(
-        &self,
-        role: Role,
-        session: &mut Session,
-        rng: &mut ChaCha8Rng,
-    ) -> Result<(), Error> {
-        if let Some(report) = session.status().await?.fault {
-            session.request(Command::ClearFault { number: report.number }).await?;
-        }
-        let way_m = rng.random_range(0.1..0.4) * if rng.random_bool(0.5) { 1.0 } else { -1.0 };
-        let motion = meters(way_m, way_m, CRUISE_MPS, 0.5);
-        let rest = Duration::from_millis(50);
-        let options = RecordOptions { period_ms: 10, rest, ..RecordOptions::default() };
-        let recording = motion::drive(session, &motion, options, &mut |_| ()).await?;
-        self.count(|done| done.drives += 1);
-        if role == Role::Record {
-            self.record(&recording.telemetry, rng);
-        }
-        Ok(())
-    }
-
     /// Writes the run into the campaign; the disk may be full.
-    fn record(&self, telemetry: &[shared_proto::Telemetry], rng: &mut ChaCha8Rng) {
+    pub fn record(&self, telemetry: &[shared_proto::Telemetry], rng: &mut ChaCha8Rng) {
         let start_us = telemetry.first().map_or(0, |frame| frame.t_us);
         let load_kg = f64::from(rng.random_range(1..100_u32)) / 8.0;
         if rng.random_bool(0.3) {

@@ -9,10 +9,10 @@ use std::fmt;
 use firmware::hal::Store;
 use firmware::store::FlashStore;
 use futures_lite::future::block_on;
-use shared_proto::{Channel, Command, Config, Key, Nonce, Received, Request};
+use shared_proto::{Channel, Command, Config, Key, MotionId, Nonce, Received, Request};
 use sim_target::{Lab, Nor, now_us};
 
-/// The speed of every motion \[m/s\].
+/// The speed of every drive \[m/s\]; velocities and voltages are slower.
 pub const CRUISE_MPS: f64 = 0.2;
 
 /// What must hold.
@@ -20,8 +20,10 @@ pub const CRUISE_MPS: f64 = 0.2;
 pub enum Invariant {
     /// A controlled stop begins within 250 ms of the last renewal that a living host sent, and the robot stands after its ramp.
     MovesOnlyUnderALease,
-    /// The wheels travel no farther than the motions that hosts have commanded, each once.
+    /// The wheels travel no farther than the motions that hosts have commanded, each once and for its time.
     NothingIsObeyedTwice,
+    /// No wheel is faster than what was commanded, nor than the limit of a voltage.
+    SpeedsAreKept,
     /// After an emergency stop the motors are off until somebody clears it; from a fresh host under flood within 100 ms.
     EmergencyStopStops,
     /// The stored configuration is the old one or the new one; the new one once the robot has said so.
@@ -40,9 +42,10 @@ pub enum Invariant {
 
 impl Invariant {
     /// All.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::MovesOnlyUnderALease,
         Self::NothingIsObeyedTwice,
+        Self::SpeedsAreKept,
         Self::EmergencyStopStops,
         Self::StoredConfigIsOldOrNew,
         Self::StoredKeyIsOldOrNew,
@@ -73,8 +76,18 @@ impl fmt::Display for Broken {
 /// What the wheels may still travel when the motors go off, for each motion, and what else they may in a session \[m\].
 const ROLL_M: f64 = 0.045;
 
-/// A ramp of a controlled stop \[m/s^2\].
-const RAMP_MPS2: f64 = 0.5;
+/// The ramps of all motions, and of a controlled stop \[m/s^2\].
+pub const RAMP_MPS2: f64 = 0.5;
+
+/// By how much a wheel may exceed the fastest speed that is asked of it: a controller overshoots, and a voltage's limit is
+/// found a moment after it.
+const OVERSHOOT: f64 = 1.15;
+
+/// A robot obeys a velocity for so long at most \[us\].
+const LIVES_US: u64 = 250_000;
+
+/// Half the track, and a little more \[m\].
+const HALF_TRACK_M: f64 = 0.19;
 
 /// What the judge knows.
 pub struct Judge {
@@ -87,6 +100,9 @@ pub struct Judge {
     live_us: u64,
     motions: BTreeSet<u32>,
     may_travel_m: f64,
+    /// The fastest velocity of this session \[m/s\], and until when the last one is obeyed \[us\].
+    velocity_mps: f64,
+    velocity_until_us: u64,
     travelled_m: f64,
     last_us: u64,
     /// When the motors went off by an emergency stop \[us\].
@@ -110,6 +126,8 @@ impl Judge {
             live_us: 0,
             motions: BTreeSet::new(),
             may_travel_m: 0.0,
+            velocity_mps: 0.0,
+            velocity_until_us: 0,
             travelled_m: 0.0,
             last_us: 0,
             stopped_us: None,
@@ -126,7 +144,7 @@ impl Judge {
     pub fn begin(&mut self) {
         self.session_broke.clear();
         self.motions.clear();
-        (self.may_travel_m, self.travelled_m) = (0.0, 0.0);
+        (self.may_travel_m, self.travelled_m, self.velocity_mps) = (0.0, 0.0, 0.0);
     }
 
     pub fn fail(&mut self, invariant: Invariant, seen: String) {
@@ -150,10 +168,21 @@ impl Judge {
             Command::Renew { .. } => self.live_us = now_us(),
             Command::Drive(drive) => {
                 self.live_us = now_us();
-                if self.motions.insert(drive.motion.0) {
-                    let distance_m = 0.5 * (drive.distance.left.abs() + drive.distance.right.abs());
-                    self.may_travel_m += distance_m + ROLL_M;
-                }
+                let distance_m = 0.5 * (drive.distance.left.abs() + drive.distance.right.abs());
+                self.motion_may_travel(drive.motion, distance_m);
+            }
+            Command::Velocity(velocity) => {
+                self.live_us = now_us();
+                self.motion_may_travel(velocity.motion, 0.0);
+                let turning_mps = HALF_TRACK_M * velocity.turn_rad_s.abs();
+                let faster_mps = velocity.forward_mps.abs() + turning_mps;
+                self.velocity_mps = self.velocity_mps.max(faster_mps);
+                self.velocity_until_us = now_us() + LIVES_US;
+            }
+            Command::Voltage(voltage) => {
+                self.live_us = now_us();
+                let in_its_time_m = voltage.speed_mps_max * voltage.duration_s;
+                self.motion_may_travel(voltage.motion, voltage.travel_m_max.min(in_its_time_m));
             }
             Command::ClearFault { .. } => {
                 self.cleared_us = now_us();
@@ -161,6 +190,13 @@ impl Judge {
             }
             Command::WriteConfig(config) => self.configs.push(Some(config.clone())),
             _ => {}
+        }
+    }
+
+    /// A motion that is commanded again travels no farther.
+    fn motion_may_travel(&mut self, motion: MotionId, distance_m: f64) {
+        if self.motions.insert(motion.0) {
+            self.may_travel_m += distance_m + ROLL_M;
         }
     }
 
@@ -244,18 +280,25 @@ impl Judge {
 
     /// Every millisecond.
     pub fn watch(&mut self) {
-        let (speed_mps, powered) = self.lab.plant(|plant| {
+        let (speed_mps, faster_mps, powered) = self.lab.plant(|plant| {
             let radius_m = plant.parameters().geometry.wheel_radius_m;
             let speed = plant.wheel_speeds_rad_s().zip(radius_m).map(|(w, r)| (w * r).abs());
-            (0.5 * (speed.left + speed.right), plant.currents_a().any(|a| a != 0.0))
+            let mean = 0.5 * (speed.left + speed.right);
+            (mean, speed.left.max(speed.right), plant.currents_a().any(|a| a != 0.0))
         });
         let now_us = now_us();
+        let obeyed_us = now_us.min(self.velocity_until_us).saturating_sub(self.last_us);
+        self.may_travel_m += self.velocity_mps * obeyed_us as f64 * 1e-6;
         self.travelled_m += speed_mps * (now_us - self.last_us) as f64 * 1e-6;
         self.last_us = now_us;
         if self.travelled_m > self.may_travel_m + ROLL_M {
             let seen =
                 format!("{:.3} m travelled, {:.3} allowed", self.travelled_m, self.may_travel_m);
             self.fail(Invariant::NothingIsObeyedTwice, seen);
+        }
+        if faster_mps > OVERSHOOT * CRUISE_MPS {
+            let seen = format!("{faster_mps:.3} m/s, and {CRUISE_MPS} m/s at most were asked for");
+            self.fail(Invariant::SpeedsAreKept, seen);
         }
         // As `begins_to_stop_us` has it: at 0.95 of the cruise it has begun.
         let late_us = now_us.saturating_sub(self.live_us + 250_000);

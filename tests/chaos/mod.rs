@@ -10,6 +10,7 @@
 //! | --- | --- |
 //! | `network.rs`, `socket.rs` | the line or the server, and the weather on it |
 //! | `host.rs` | hosts, with the real session procedures |
+//! | `motions.rs` | the motions that they command: ways, velocities, voltages |
 //! | `judge.rs` | the invariants |
 //! | `storm.rs` | what happens to hosts, server and robot |
 //!
@@ -17,6 +18,7 @@
 
 mod host;
 mod judge;
+mod motions;
 mod network;
 mod plant;
 mod socket;
@@ -285,9 +287,25 @@ impl World {
 
 /// One host that drives, and up to three more; one at most changes configuration or key.
 fn roles(rng: &mut ChaCha8Rng) -> Vec<Role> {
-    let first = [Role::Drive, Role::Record, Role::Drive, Role::Configure, Role::ChangeKey];
+    let first = [
+        Role::Drive,
+        Role::Record,
+        Role::Steer,
+        Role::ApplyVoltages,
+        Role::Configure,
+        Role::ChangeKey,
+    ];
     let mut roles = vec![first[rng.random_range(0..first.len())]];
-    let more = [Role::Stop, Role::Watch, Role::Drive, Role::Watch, Role::Stop, Role::Deaf];
+    let more = [
+        Role::Stop,
+        Role::Watch,
+        Role::Drive,
+        Role::Steer,
+        Role::ApplyVoltages,
+        Role::Watch,
+        Role::Stop,
+        Role::Deaf,
+    ];
     for _ in 0..rng.random_range(0..3) {
         roles.push(more[rng.random_range(0..more.len())]);
     }

@@ -13,11 +13,11 @@ use std::time::Duration;
 use host_link::listen::Hub;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use shared_proto::{Command, Decoder, Drive, Encoder, Request};
+use shared_proto::{Command, Decoder, Encoder, Request};
 use sim_target::{HostWire, now_us};
 
 use super::judge::Judge;
-use super::plant::Plant;
+use super::plant::{Plant, request, send};
 use super::socket::{SOCKET, Socket};
 
 /// What the network does to frames.
@@ -354,43 +354,5 @@ fn put(way: &mut UnderWay, bytes: &[u8], ordered: bool, weather: Weather, rng: &
             false => way.iter().position(|(other_us, _)| *other_us > due_us).unwrap_or(way.len()),
         };
         way.insert(at, (due_us, bytes.to_vec()));
-    }
-}
-
-/// Puts a frame on the robot's line: where a fault is planted, another one.
-fn send(wire: &HostWire, frame: &[u8], plant: Option<Plant>) {
-    let Some(plant) = plant else { return wire.write_now(frame) };
-    match (plant, request(frame)) {
-        (Plant::StopThatIsLost, Some(Request { command: Command::EmergencyStop, .. })) => {
-            // What asks for the state is answered as well.
-            let request = request_like(frame, Command::Status);
-            wire.write_now(&request);
-        }
-        (Plant::DriveObeyedThrice, Some(Request { command: Command::Drive(drive), .. })) => {
-            let distance = drive.distance.map(|distance| 3.0 * distance);
-            let thrice = Command::Drive(Drive { distance, ..drive });
-            wire.write_now(&request_like(frame, thrice));
-        }
-        _ => wire.write_now(frame),
-    }
-}
-
-/// The request in a frame.
-fn request(frame: &[u8]) -> Option<Request> {
-    let mut decoder = Decoder::new();
-    let mut request = None;
-    for &byte in frame {
-        if let Some(Ok(received)) = decoder.push(byte) {
-            request = received.message();
-        }
-    }
-    request
-}
-
-/// The frame of the same request with another command.
-fn request_like(frame: &[u8], command: Command) -> Vec<u8> {
-    match request(frame) {
-        Some(request) => Encoder::new().message(&Request { command, ..request }).to_vec(),
-        None => frame.to_vec(),
     }
 }

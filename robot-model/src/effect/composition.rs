@@ -200,9 +200,8 @@ impl<'a> Composer<'a> {
         let mut travel = WheelPair::both(1.0);
         let mut turning = 1.0;
         let mut sum = Increment::default();
-        for (i, (term, _)) in self.terms.iter().enumerate() {
-            self.changes[i] = term.act(&self.parameters[i], step, &mut self.memories[i]);
-            let change = &self.changes[i];
+        for (i, (term, first)) in self.terms.iter().enumerate() {
+            let change = term.act(&self.parameters[i], step, &mut self.memories[i]);
             angle = angle.zip(change.angle_rad).map(|(sum, change)| sum + change.value);
             travel =
                 travel.zip(change.travel).map(|(product, change)| product * (1.0 + change.value));
@@ -211,6 +210,9 @@ impl<'a> Composer<'a> {
             sum.sideways_m += change.sideways_m.value;
             sum.drift_m[0] += change.drift_m[0].value;
             sum.drift_m[1] += change.drift_m[1].value;
+            if first.is_some() {
+                self.changes[i] = change;
+            }
         }
         let wheels_m = angle.zip(travel).map(|(dphi, factor)| step.wheel_radius_m * dphi * factor);
         let wheel_turn_rad = wheels_m.difference() / step.track_width_m;

@@ -150,8 +150,7 @@ pub(crate) fn fit_from_best_starts<'a>(
         let screening = Screening::new(prepared, &fitted, &[effect]);
         let mut terms = fitted.terms.clone();
         // An effect of which no start can be tested, as its numbers are not finite, begins at its first.
-        let found =
-            screening.candidates(&[]).into_iter().map(|candidate| candidate.term.fixed()).next();
+        let found = screening.candidates().first().map(|candidate| candidate.term.fixed());
         terms.push(found.unwrap_or_else(|| Term::new(effect, starts(effect).swap_remove(0))));
         fitted = fit::fit(prepared, terms, fitted.noise);
     }

@@ -13,6 +13,7 @@ use crate::estimation::normal_equations::Sums;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
+use crate::selection::answers::{Answers, known};
 use crate::selection::dispersion::{run_scatter, scatter};
 use crate::selection::effect_test::{EffectTest, Hypothesis, test_effect};
 
@@ -40,6 +41,7 @@ pub(crate) struct Screening<'a> {
     noise: OdometryNoise,
     /// By how much more runs disagree, in the median, than their noise explains.
     scatter: f64,
+    answers: Answers,
 }
 
 /// A growth of squared errors by less than this share is rounding: effects of the yaw rate sensor do not
@@ -79,7 +81,9 @@ impl<'a> Screening<'a> {
         }
         let terms = PlacedTerm::place(&terms);
         let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
-        let mut screening = Self { terms, in_model, equations, noise: fitted.noise, scatter: 1.0 };
+        let answers = Answers::none(in_model);
+        let noise = fitted.noise;
+        let mut screening = Self { terms, in_model, equations, noise, scatter: 1.0, answers };
         let model = screening.model_columns(&[]);
         let asked: Vec<Vec<usize>> =
             (0..screening.terms.len()).map(|index| screening.amplitudes(index)).collect();
@@ -144,7 +148,11 @@ impl<'a> Screening<'a> {
     }
 
     /// The test of each effect of the model, given all its others.
-    pub fn kept(&self) -> Vec<EffectTest> {
+    pub fn kept(&self) -> &[EffectTest] {
+        known::<Vec<_>>(&self.answers.kept, || self.tests_of_kept())
+    }
+
+    fn tests_of_kept(&self) -> Vec<EffectTest> {
         let effects: Vec<usize> = (0..self.in_model).collect();
         parallel::map(&effects, |index| {
             let model = self.model_columns(&[*index]);
@@ -155,13 +163,26 @@ impl<'a> Screening<'a> {
         })
     }
 
-    /// The test of each candidate, given the model without the effects left out.
-    pub fn candidates(&self, left_out: &[usize]) -> Vec<Candidate<'a>> {
-        self.candidates_that_gain(left_out, f64::NEG_INFINITY)
+    /// The test of each candidate, given the model.
+    pub fn candidates(&self) -> Vec<Candidate<'a>> {
+        let find = || self.tests_that_gain(&[], f64::NEG_INFINITY);
+        self.named(known::<Vec<_>>(&self.answers.candidates, find))
+    }
+
+    fn named(&self, tests: &[(usize, EffectTest)]) -> Vec<Candidate<'a>> {
+        let named = |(index, test): &(usize, EffectTest)| Candidate {
+            term: self.terms[*index].clone(),
+            test: test.clone(),
+        };
+        tests.iter().map(named).collect()
     }
 
     /// The same, only for candidates whose gain less the penalty of their parameters is at least `least`.
     pub fn candidates_that_gain(&self, left_out: &[usize], least: f64) -> Vec<Candidate<'a>> {
+        self.named(&self.tests_that_gain(left_out, least))
+    }
+
+    fn tests_that_gain(&self, left_out: &[usize], least: f64) -> Vec<(usize, EffectTest)> {
         let equations = self.equations_without(left_out);
         let model = self.model_columns(left_out);
         let chi_squared = |columns: &[usize]| {
@@ -189,10 +210,9 @@ impl<'a> Screening<'a> {
         best.retain(|(index, gain)| gain - penalty(&self.terms[*index]) >= least);
         parallel::map(&best, |(index, _)| {
             let asked = self.amplitudes(*index);
-            let term = self.terms[*index].clone();
-            let (effect, scatter) = (term.effect, self.scatter);
+            let (effect, scatter) = (self.terms[*index].effect, self.scatter);
             let hypothesis = Hypothesis { model: &model, asked: &asked, effect, scatter };
-            Candidate { test: test_effect(&equations, &hypothesis), term }
+            (*index, test_effect(&equations, &hypothesis))
         })
     }
 
@@ -204,21 +224,13 @@ impl<'a> Screening<'a> {
         candidate: &PlacedTerm<'a>,
     ) -> bool {
         let with = self.cross_validated_tracks(prepared, left_out, Some(candidate));
-        let as_it_is = self.cross_validated_tracks(prepared, &[], None);
-        with.zip(as_it_is).is_some_and(|(with, as_it_is)| with.worse_than(&as_it_is, ROUNDING))
+        let as_it_is = self.tracks_without(prepared, None);
+        with.zip(as_it_is).is_some_and(|(with, as_it_is)| with.worse_than(as_it_is, ROUNDING))
     }
 
     /// For each effect of the model, whether cross-validated tracks are worse with it than without.
     pub fn spoils_tracks(&self, prepared: &Prepared) -> Vec<bool> {
-        let whole = self.cross_validated_tracks(prepared, &[], None);
-        let spoils = |index: usize| {
-            let without = self.cross_validated_tracks(prepared, &[index], None);
-            whole
-                .clone()
-                .zip(without)
-                .is_some_and(|(whole, without)| whole.worse_than(&without, WORSE_TRACKS))
-        };
-        (0..self.in_model).map(spoils).collect()
+        (0..self.in_model).map(|index| self.worse_with(prepared, index, WORSE_TRACKS)).collect()
     }
 
     /// For each effect of the model, whether its fit has not converged: its value is zero although the gradient there
@@ -254,14 +266,9 @@ impl<'a> Screening<'a> {
 
     /// The effects of the model, except its geometry, that do not improve cross-validated tracks beyond doubt.
     pub fn hardly_improves_tracks(&self, prepared: &Prepared) -> Vec<usize> {
-        let whole = self.cross_validated_tracks(prepared, &[], None);
         let hardly_improves = |index: &usize| {
-            let without = self.cross_validated_tracks(prepared, &[*index], None);
             !is_geometry(self.terms[*index].effect)
-                && whole
-                    .clone()
-                    .zip(without)
-                    .is_some_and(|(whole, without)| whole.worse_than(&without, -CLEAR_GAIN))
+                && self.worse_with(prepared, *index, -CLEAR_GAIN)
         };
         (0..self.in_model).filter(hardly_improves).collect()
     }
@@ -272,7 +279,7 @@ impl<'a> Screening<'a> {
         let equations = CampaignEquations::gather(prepared, &terms, &other.noise);
         let columns: Vec<usize> = (0..equations.priors.len()).collect();
         let there = cross_validated_tracks(prepared, (&equations, &terms), &columns, &self.noise);
-        let here = self.cross_validated_tracks(prepared, &[], None);
+        let here = self.tracks_without(prepared, None);
         here.zip(there).is_some_and(|(here, there)| here.worse_than(&there, WORSE_TRACKS))
     }
 
@@ -289,6 +296,20 @@ impl<'a> Screening<'a> {
         let (equations, terms, columns) = self.variant(left_out, None);
         tracks(prepared, (&equations, &terms), &columns, &self.noise)
             .displacement_m2(prepared.robot.track_width_m)
+    }
+
+    /// Whether cross-validated tracks are worse with an effect of the model than without, by more than a share.
+    fn worse_with(&self, prepared: &Prepared, index: usize, tolerance: f64) -> bool {
+        let whole = self.tracks_without(prepared, None);
+        let without = self.tracks_without(prepared, Some(index));
+        whole.zip(without).is_some_and(|(whole, without)| whole.worse_than(without, tolerance))
+    }
+
+    /// The cross-validated tracks of the model, without one of its effects or with all. The runs are always those of
+    /// [`Screening::new`].
+    fn tracks_without(&self, prepared: &Prepared, left_out: Option<usize>) -> Option<&TrackErrors> {
+        let answer = &self.answers.tracks[left_out.unwrap_or(self.in_model)];
+        known(answer, || self.cross_validated_tracks(prepared, left_out.as_slice(), None)).as_ref()
     }
 
     fn cross_validated_tracks(

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `select.rs` | the search: forward, with exchanges, and back |
 //! | `candidates.rs` | every candidate beside a fitted model, from one set of normal equations |
+//! | `answers.rs` | what has been asked of a fitted model and its candidates: each question takes a pass over all runs |
 //! | `effect_test.rs` | the test of one effect: likelihood, cross-validation, agreement between runs |
 //! | `dispersion.rs` | by how much more runs disagree about an effect than their noise explains |
 //! | `classes.rs` | effects that a campaign cannot tell apart |
@@ -11,6 +12,7 @@
 //! Parameter values come from [`crate::estimation`]. What no effect of the catalogue explains is tested in
 //! [`crate::residuals`]. What a user is told is put together in [`crate::explain`].
 
+mod answers;
 pub(crate) mod candidates;
 pub(crate) mod classes;
 pub(crate) mod dispersion;

@@ -42,7 +42,7 @@ pub(crate) struct Selection<'a> {
 
 impl<'a> Selection<'a> {
     pub(crate) fn new(fitted: Fitted<'a>, screening: Screening<'a>) -> Self {
-        let (kept, rejected) = (screening.kept(), screening.candidates(&[]));
+        let (kept, rejected) = (screening.kept().to_vec(), screening.candidates());
         Self { fitted, kept, rejected, screening }
     }
 }
@@ -256,7 +256,7 @@ fn additions<'a>(screening: &Screening<'a>, fitted: &Fitted<'a>) -> Vec<Candidat
         return Vec::new();
     }
     let mut passing: Vec<Candidate<'a>> = screening
-        .candidates(&[])
+        .candidates()
         .into_iter()
         .filter(|candidate| {
             candidate.test.p_value < SCREENING_P_MAX && candidate.test.passes_cross_validation()

@@ -33,9 +33,8 @@ const ASKED_EVERY_US: u64 = 400_000;
 pub(super) fn run(common: &Common, args: &WatchArgs) -> Result<()> {
     with_robot(&common.port, &common.sim(), async |session, _| {
         // What takes no time at all cannot be watched.
-        let on_screen = !(args.plain || common.json || !args.columns.is_empty())
-            && !session.clock().is_virtual()
-            && Screen::is_there();
+        let asks_for_lines = args.plain || common.json || !args.columns.is_empty();
+        let on_screen = !asks_for_lines && !session.clock().is_virtual() && Screen::is_there();
         if on_screen {
             Watcher::new(common, session).await?.run(args).await
         } else {

@@ -208,7 +208,8 @@ async fn drive_armed(
             (last_us, heard_us) = (frame.t_us, now_us);
         }
         let elapsed_s = (last_us as f64 - start_us as f64) * 1e-6;
-        let silent_s = (now_us - heard_us) as f64 * 1e-6;
+        // The clock may have been set back.
+        let silent_s = now_us.saturating_sub(heard_us) as f64 * 1e-6;
         progress((elapsed_s / duration_s).clamp(0.0, 1.0));
         stop_if_cancelled(session)?;
         if session.take_events().any(|event| ends_motion(&event, id))
@@ -219,7 +220,7 @@ async fn drive_armed(
             break;
         }
         // By the computer's clock: with the robot's alone, one that crawls would be renewed for ever.
-        let waited_s = (now_us - begun_us) as f64 * 1e-6;
+        let waited_s = now_us.saturating_sub(begun_us) as f64 * 1e-6;
         if waited_s
             > SLOWEST * (STEERED * duration_s + 5.0) + LEAD_S_MAX + options.rest.as_secs_f64()
         {

@@ -73,7 +73,9 @@ async fn follow(
     let start_us = session.clock().now_us();
     loop {
         stop_if_cancelled(session)?;
-        let elapsed_s = (session.clock().now_us() - start_us) as f64 * 1e-6;
+        // The clock may have been set back.
+        let elapsed_us = session.clock().now_us().saturating_sub(start_us);
+        let elapsed_s = elapsed_us as f64 * 1e-6;
         let Some(Twist { forward_mps, turn_rad_s }) = wanted(elapsed_s) else { return Ok(()) };
         let velocity = Velocity { motion, forward_mps, turn_rad_s, acceleration_mps2 };
         *fastest_mps = fastest_mps.max(forward_mps.abs());

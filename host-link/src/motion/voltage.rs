@@ -136,12 +136,15 @@ async fn hold(
             if frame.state == State::Driving && !frame.probing && first_us.is_none() {
                 first_us = Some(frame.t_us);
             }
-            let elapsed_s = first_us.map_or(0.0, |first| (frame.t_us - first) as f64 * 1e-6);
+            let elapsed_s =
+                first_us.map_or(0.0, |first: u64| frame.t_us.saturating_sub(first) as f64 * 1e-6);
             if !to_the_end && elapsed_s >= duration_s {
                 return Ok(false);
             }
         }
-        let waited_s = (session.clock().now_us() - begun_us) as f64 * 1e-6;
+        // The clock may have been set back.
+        let waited_us = session.clock().now_us().saturating_sub(begun_us);
+        let waited_s = waited_us as f64 * 1e-6;
         if waited_s > SLOWEST * (duration_s + ROLL_S_MAX + STEP_MARGIN_S) {
             return Err(Error::NeverEnded);
         }

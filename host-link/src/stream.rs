@@ -21,8 +21,10 @@ const READY_MAX: usize = 60_000;
 pub struct Stream {
     /// Number of the next frame; `None` before the first.
     next: Option<u32>,
-    /// The time of the newest frame \[us\].
-    newest_us: u64,
+    /// Number and time \[us\] of the newest frame.
+    newest_frame: Option<(u32, u64)>,
+    /// From frame to frame of this subscription \[us\]; `None` before the second.
+    period_us: Option<u64>,
     /// The time of the last frame of this subscription that was delivered \[us\].
     delivered_us: Option<u64>,
     /// Frames after a gap, by number.
@@ -60,17 +62,13 @@ impl Stream {
         self.lost = lost;
         self.next = None;
         self.delivered_us = None;
+        self.period_us = None;
     }
 
     /// Adds a frame that was received.
     pub fn push(&mut self, telemetry: Telemetry) {
         let number = telemetry.number;
-        // A later frame with an earlier number: another host has asked for another period.
-        let earlier = |next: u32| number.wrapping_sub(next) > u32::MAX / 2;
-        if telemetry.t_us > self.newest_us && self.next.is_some_and(earlier) {
-            self.restart();
-        }
-        self.newest_us = self.newest_us.max(telemetry.t_us);
+        self.keep_pace(&telemetry);
         let next = *self.next.get_or_insert(number);
         // For a frame before the next one the difference wraps to a large number.
         if number.wrapping_sub(next) > u32::MAX / 2 {
@@ -83,6 +81,31 @@ impl Stream {
             && newest.wrapping_sub(next) >= Telemetry::KEPT
         {
             self.skip_to(newest.wrapping_sub(Telemetry::KEPT - 1));
+        }
+    }
+
+    /// Begins anew if another host has asked for another period: a later frame has an earlier number, or one that this
+    /// period could not have reached by now.
+    fn keep_pace(&mut self, telemetry: &Telemetry) {
+        let Telemetry { number, t_us, .. } = *telemetry;
+        let Some((newest, newest_us)) = self.newest_frame else {
+            self.newest_frame = Some((number, t_us));
+            return;
+        };
+        if t_us <= newest_us {
+            return;
+        }
+        self.newest_frame = Some((number, t_us));
+        let is_behind = |of: u32| number.wrapping_sub(of) > u32::MAX / 2;
+        let (steps, passed_us) = (number.wrapping_sub(newest), t_us - newest_us);
+        // To half a period: the time of a tick is not exact.
+        let is_too_early = |period_us: u64| {
+            steps > 1 && passed_us < (u64::from(steps) * period_us).saturating_sub(period_us / 2)
+        };
+        if self.next.is_some_and(is_behind) || self.period_us.is_some_and(is_too_early) {
+            self.restart();
+        } else if steps > 0 && !is_behind(newest) {
+            self.period_us = Some(passed_us / u64::from(steps));
         }
     }
 
@@ -314,7 +337,11 @@ mod tests {
         for t_us in [1_100_000, 1_200_000] {
             stream.push(at((t_us / 100_000) as u32, t_us));
         }
-        assert_eq!(numbers(&mut stream), [100, 101, 102, 11, 12]);
+        // And back: no frame of the slow ones is missing.
+        for t_us in [1_210_000, 1_220_000] {
+            stream.push(at((t_us / 10_000) as u32, t_us));
+        }
+        assert_eq!(numbers(&mut stream), [100, 101, 102, 11, 12, 121, 122]);
         assert_eq!((stream.missing(0), stream.lost()), (None, 0));
     }
 

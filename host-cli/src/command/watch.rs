@@ -148,10 +148,6 @@ struct Watcher<'s> {
     heard_us: u64,
     /// Frames since then are counted.
     counted: (u64, u32),
-    /// Frames that count as lost and are not: another host asked for others instead.
-    not_lost: u64,
-    /// How many were lost when the condition was asked for last.
-    lost_before: u64,
     /// Whether a frame came since the condition was asked for.
     silent: bool,
 }
@@ -170,8 +166,6 @@ impl<'s> Watcher<'s> {
             asked_us: now_us,
             heard_us: now_us,
             counted: (now_us, 0),
-            not_lost: 0,
-            lost_before: 0,
             silent: true,
         })
     }
@@ -240,7 +234,7 @@ impl<'s> Watcher<'s> {
             self.counted = (now_us, 0);
         }
         let statistics = self.session.statistics();
-        self.condition.lost = statistics.telemetry_lost - self.not_lost;
+        self.condition.lost = statistics.telemetry_lost;
         self.condition.late = statistics.telemetry_recalled;
         self.condition.silent_s = (now_us - self.heard_us) as f64 * 1e-6;
     }
@@ -251,7 +245,6 @@ impl<'s> Watcher<'s> {
         let status = self.session.status().await?;
         self.condition.state = Some(status.state);
         self.condition.set_fault(status.fault.as_ref());
-        let overheard = self.session.overhears();
         let moves = !matches!(status.state, State::Boot | State::Idle | State::Faulted);
         if std::mem::replace(&mut self.silent, true) || moves || self.session.overhears() {
             subscribe(self.session, period_ms).await?;
@@ -260,12 +253,6 @@ impl<'s> Watcher<'s> {
             true => Driver::Another,
             false => Driver::Nobody,
         };
-        let lost = self.session.statistics().telemetry_lost;
-        if overheard != self.session.overhears() {
-            // The numbers of the other host's frames are not ours.
-            self.not_lost += lost - self.lost_before;
-        }
-        self.lost_before = lost;
         self.asked_us = self.session.clock().now_us();
         Ok(())
     }

@@ -29,11 +29,6 @@ impl Announcement {
         if let Some(folder) = file.parent() {
             fs::create_dir_all(folder)?;
         }
-        // What a killed owner left goes first: once the lock is held, the file is believed.
-        match fs::remove_file(&file) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-            _ => {}
-        }
         let lock = File::options().create(true).append(true).open(lock_of(&file))?;
         // Whoever asks holds it for an instant.
         let mut tries = 10;
@@ -44,6 +39,7 @@ impl Announcement {
             }
             std::thread::sleep(Duration::from_millis(10));
         }
+        // Over what a killed owner left; that of one who lives is not touched.
         fs::write(&file, address)?;
         Ok(Self { file, _lock: lock })
     }
@@ -100,6 +96,8 @@ mod tests {
         let owner = Announcement::at(file.clone(), "tcp:127.0.0.1:7700").unwrap();
         assert_eq!(announced(&file), Some(([127, 0, 0, 1], 7700).into()));
         assert_eq!(announced(&file), Some(([127, 0, 0, 1], 7700).into()), "asking takes no lock");
+        assert!(Announcement::at(file.clone(), "tcp:127.0.0.1:7702").is_err(), "it has an owner");
+        assert_eq!(announced(&file), Some(([127, 0, 0, 1], 7700).into()), "who stays announced");
         drop(owner);
         assert_eq!(announced(&file), None);
         assert!(!file.exists());

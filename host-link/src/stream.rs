@@ -346,6 +346,18 @@ mod tests {
     }
 
     #[test]
+    fn a_tick_that_is_early_or_late_is_no_other_period() {
+        let mut stream = Stream::default();
+        // The control tick is 5 ms; each of these is up to 4 ms from where it should be, and two are lost.
+        for (number, off_us) in [(1, 0), (2, 4_000), (3, -4_000), (6, -2_000), (7, 4_000)] {
+            let t_us = (i64::from(number) * 10_000 + off_us) as u64;
+            stream.push(Telemetry { t_us, ..frame(number as u32) });
+        }
+        assert_eq!(numbers(&mut stream), [1, 2, 3]);
+        assert_eq!((stream.missing(0), stream.lost()), (Some(4), 0));
+    }
+
+    #[test]
     fn a_late_frame_of_an_earlier_subscription_is_dropped() {
         let mut stream = Stream::default();
         stream.restart();

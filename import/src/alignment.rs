@@ -24,9 +24,13 @@ const STEPS: f64 = 4.0;
 const COARSE_MAX: usize = 3000;
 /// So many lags of the coarsest grid are followed.
 const FOLLOWED: usize = 6;
-/// A lag has to leave at most this misfit, and others, further away, more by this factor.
-const MISFIT_MAX: f64 = 0.25;
+/// A lag has to leave at most this misfit: a robot that is carried from run to run moves without its wheels.
+const MISFIT_MAX: f64 = 0.5;
+/// Others, further away, have to leave more by this factor; by the second one if the lag leaves so much itself: the motions of
+/// another drive may resemble these.
 const RIVAL_FACTOR: f64 = 1.2;
+const RIVAL_FACTOR_OF_POOR: f64 = 1.3;
+const POOR_MISFIT: f64 = 0.25;
 /// Lags nearer than this are no others \[s\].
 const NEIGHBOUR_S: f64 = 2.0;
 /// A lag has to bring together so much of the motion that the poses show.
@@ -303,10 +307,11 @@ pub fn align([wheels, poses]: &[Speeds; 2]) -> Result<Alignment, AlignError> {
     if misfit > MISFIT_MAX {
         return Err(AlignError::NothingInCommon { misfit });
     }
+    let factor = if misfit > POOR_MISFIT { RIVAL_FACTOR_OF_POOR } else { RIVAL_FACTOR };
     let is_rival = |(other, fit): &&(i64, Fit)| {
         (other - shift).abs() as f64 * wheels.step_s > NEIGHBOUR_S
-            && fit.misfit < RIVAL_FACTOR * misfit
-            && fit.cost < RIVAL_FACTOR * cost
+            && fit.misfit < factor * misfit
+            && fit.cost < factor * cost
     };
     if let Some(rival) = best.iter().find(is_rival) {
         return Err(AlignError::Ambiguous { lags_s: [late_s(shift), late_s(rival.0)] });

@@ -121,6 +121,11 @@ fn who_wears_and_who_is_unlike_the_others_is_named_and_nobody_else() {
     assert_eq!(lines, 4, "changes, unlike, neither, where most are");
     let dan = temp.run_with(&["fleet", "fleet/dan", "fleet/bob"], "").ok();
     assert!(dan.stdout.contains("No robot stands out."), "{}", dan.stdout);
+    let alone = ["fleet", "fleet/dan/2025-02-10", "-o", "alone.html"];
+    let alone = temp.run_with(&alone, "").ok();
+    assert!(alone.stdout.contains("Nothing to compare"), "{}", alone.stdout);
+    let page = String::from_utf8(temp.read("alone.html")).unwrap();
+    assert!(page.contains("Nothing to compare") && !page.contains("Bars"), "{page}");
 }
 
 #[test]

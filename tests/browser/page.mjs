@@ -24,12 +24,15 @@ export function campaign(example = 'mystery-robot') {
   return { folder, path, remove: () => rmSync(folder, { recursive: true }) };
 }
 
+/** Where a command runs: what it keeps for later is not the user's, and gone with the folder. */
+export const at = (folder) => ({ cwd: folder, env: { ...process.env, XDG_CACHE_HOME: join(folder, '.cache') } });
+
 /** What a command prints as JSON. */
-export const run = (folder, ...args) => JSON.parse(execFileSync(beeline, [...args, '--json'], { cwd: folder, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }) || 'null');
+export const run = (folder, ...args) => JSON.parse(execFileSync(beeline, [...args, '--json'], { ...at(folder), encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }) || 'null');
 
 /** The page of a campaign, served. */
 export async function serve({ folder }) {
-  const child = spawn(beeline, ['serve', 'my-robot', '--no-open', '--json', '--listen', '127.0.0.1:0'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
+  const child = spawn(beeline, ['serve', 'my-robot', '--no-open', '--json', '--listen', '127.0.0.1:0'], { ...at(folder), stdio: ['ignore', 'pipe', 'inherit'] });
   const [first] = await new Promise((found) => createInterface(child.stdout).once('line', (...line) => found(line)));
   return { link: JSON.parse(first).link, stop: () => child.kill() };
 }

@@ -6,7 +6,7 @@ import { createInterface } from 'node:readline';
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import { tmpdir } from 'node:os';
-import { beeline, launch, openPage, pictures } from './page.mjs';
+import { at, beeline, launch, openPage, pictures } from './page.mjs';
 
 // Whatever hangs must not hang for ever.
 const LIMIT = { timeout: 120_000 };
@@ -17,7 +17,7 @@ let robot;
 
 /** A command, and the first line that it prints, as JSON. */
 async function started(...args) {
-  const child = spawn(beeline, [...args, '--json'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
+  const child = spawn(beeline, [...args, '--json'], { ...at(folder), stdio: ['ignore', 'pipe', 'inherit'] });
   const lines = createInterface(child.stdout);
   const [first] = await new Promise((found) => lines.once('line', (...line) => found(line)));
   const value = JSON.parse(first);

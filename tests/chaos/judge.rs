@@ -22,7 +22,7 @@ pub enum Invariant {
     MovesOnlyUnderALease,
     /// The wheels travel no farther than the motions that hosts have commanded, each once and for its time.
     NothingIsObeyedTwice,
-    /// No wheel is faster than what was commanded, nor than the limit of a voltage.
+    /// No wheel is more than `OVERSHOOT` times as fast as the fastest motion that hosts command, whatever the voltage.
     SpeedsAreKept,
     /// After an emergency stop the motors are off until somebody clears it; from a fresh host under flood within 100 ms.
     EmergencyStopStops,

@@ -86,7 +86,8 @@ fn timed(case: &Case) -> (f64, f64) {
 
 /// `beeline compare FOLDER`, and how much memory it took.
 fn compare(folder: &str) -> ExitCode {
-    let cli = Cli::try_parse_from(["beeline", "compare", folder]).expect("a command of beeline");
+    let cli = Cli::try_parse_from(["beeline", "compare", folder, "--no-cache"])
+        .expect("a command of beeline");
     if let Err(error) = host_cli::command::run(&cli) {
         eprintln!("{error}");
         return ExitCode::FAILURE;

@@ -31,7 +31,7 @@ use robot_model::recording;
 pub use page::page;
 pub use places::{Dated, campaigns};
 pub use table::{csv, json};
-pub use words::{Finding, findings};
+pub use words::{Finding, findings, nothing_found};
 
 /// All campaigns, judged.
 pub struct Fleet {
@@ -51,6 +51,18 @@ pub struct Kind {
     pub campaigns: Vec<Studied>,
     /// What all were fitted with.
     pub parameters: Vec<FleetParameter>,
+}
+
+impl Kind {
+    /// Whether there are several robots or days: else there is nothing to compare, and a drawing would be one dot.
+    pub fn is_comparable(&self) -> bool {
+        let days = || self.campaigns.iter().filter_map(|one| one.dated.days);
+        let (first, last) = days()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), day| {
+                (first.min(day), last.max(day))
+            });
+        self.robots.len() > 1 || last - first >= 1.0
+    }
 }
 
 /// One campaign.

@@ -26,7 +26,7 @@ figcaption b{color:var(--ink);font-weight:650}.thin .p{stroke-width:1.5}.d .tick
 .legend i.b{border-color:var(--before)}.legend i.a{border-color:var(--after)}.legend i.k{border-color:var(--line)}\
 .legend i.n{border-color:var(--faint);border-top-width:12px}\
 .wide{overflow-x:auto}.verdicts td{vertical-align:top;text-align:left}.verdicts th{text-align:left}\
-.verdicts td.num,.verdicts th.num{text-align:right;white-space:nowrap}.verdicts td:first-child{white-space:nowrap}";
+.verdicts td.num,.verdicts th.num{text-align:right;white-space:nowrap}.verdicts td:first-child,.verdicts td.date{white-space:nowrap}";
 
 /// Of more campaigns only those with the largest errors are listed; the table for programs has all.
 const LISTED_MAX: usize = 200;
@@ -56,8 +56,13 @@ pub fn page(fleet: &Fleet) -> String {
         }
         html.push_str("</ul>\n");
     }
-    html.push_str(
-        "<footer>All campaigns of a kind are fitted with the same effects. Bars are 95 % intervals. What is said to be there has a \
+    let bars = match fleet.kinds.iter().any(Kind::is_comparable) {
+        true => " Bars are 95 % intervals.",
+        false => "",
+    };
+    let _ = write!(
+        html,
+        "<footer>All campaigns of a kind are fitted with the same effects.{bars} What is said to be there has a \
          false discovery rate below 1 %, over all questions of this page together.</footer>\n</body></html>\n",
     );
     html
@@ -90,7 +95,7 @@ fn title(fleet: &Fleet) -> String {
     .flatten()
     .collect();
     match parts.is_empty() {
-        true => "No robot stands out".to_owned(),
+        true => words::nothing_found(fleet).to_owned(),
         false => parts.join(", "),
     }
 }
@@ -120,7 +125,7 @@ fn of_kind(html: &mut String, kind: &Kind) {
         counted(kind.robots.len(), "robot"),
         counted(kind.campaigns.len(), "campaign")
     );
-    if is_comparable(kind) {
+    if kind.is_comparable() {
         legend(html, kind);
         html.push_str("<div class=\"pair\">");
         for parameter in &kind.parameters {
@@ -131,15 +136,6 @@ fn of_kind(html: &mut String, kind: &Kind) {
         values(html, kind);
     }
     campaigns(html, kind);
-}
-
-/// Whether there are several robots or days: else a drawing would be one dot.
-fn is_comparable(kind: &Kind) -> bool {
-    let days = || kind.campaigns.iter().filter_map(|one| one.dated.days);
-    let (first, last) = days().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), day| {
-        (first.min(day), last.max(day))
-    });
-    kind.robots.len() > 1 || last - first >= 1.0
 }
 
 /// What is drawn in a kind's drawings, each line that there is.
@@ -207,7 +203,7 @@ fn campaigns(html: &mut String, kind: &Kind) {
             if one.missing.is_empty() { "nothing".to_owned() } else { one.missing.join("; ") };
         let _ = writeln!(
             html,
-            "<tr><td>{}</td><td>{}</td><td class=\"num\">{:.1} mm</td><td class=\"num\">{:.1} mm</td><td>{}</td></tr>",
+            "<tr><td>{}</td><td class=\"date\">{}</td><td class=\"num\">{:.1} mm</td><td class=\"num\">{:.1} mm</td><td>{}</td></tr>",
             escape(&kind.robots[one.robot]),
             one.dated.days.map_or_else(|| "unknown".to_owned(), places::date),
             mm(&one.errors[0]),

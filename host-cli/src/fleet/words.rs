@@ -24,6 +24,14 @@ pub struct Finding {
     pub words: String,
 }
 
+/// What is said where nothing was found.
+pub fn nothing_found(fleet: &Fleet) -> &'static str {
+    match fleet.kinds.iter().any(Kind::is_comparable) {
+        true => "No robot stands out",
+        false => "Nothing to compare: one robot of each kind, on one day",
+    }
+}
+
 /// All that is found.
 pub fn findings(fleet: &Fleet) -> Vec<Finding> {
     let mut all: Vec<Finding> = fleet.kinds.iter().flat_map(of_kind).collect();

@@ -132,6 +132,21 @@ fn wheels_of_two_robots_in_one_topic_are_an_error() {
 }
 
 #[test]
+fn a_robot_that_is_carried_as_far_as_it_drives_has_the_same_clock() {
+    let (wheels, mut poses) = drive();
+    let (mut still_s, mut carried_m) = (0.0_f64, 0.0);
+    for k in 1..poses.poses.len() {
+        let stands = wheels.turned[k] == wheels.turned[k - 1];
+        still_s = if stands { still_s + 0.02 } else { 0.0 };
+        // Half a metre in each stop, faster than it drives.
+        let speed_mps = 0.5 * ((still_s.min(2.3 - still_s) - 0.5_f64) / 0.2).clamp(0.0, 1.0);
+        carried_m += speed_mps * 0.02;
+        poses.poses[k].position_m[1] += carried_m;
+    }
+    check(&of_one_clock(wheels, &poses), 0);
+}
+
+#[test]
 fn poses_of_another_drive_with_the_same_motions_are_an_error() {
     let (wheels, mut poses) = drive();
     let end_s = wheels.t_s[0] + wheels.t_s[wheels.t_s.len() - 1];

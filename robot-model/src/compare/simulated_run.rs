@@ -6,13 +6,13 @@ use crate::numeric::random::Random;
 use crate::recording::campaign::PreparedRun;
 use crate::recording::motion::Step;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::recording::run::PoseMeasurement;
 
 /// A root mean square does not need every measurement: more than this many are thinned out.
 const MEASUREMENTS_MAX: usize = 200;
 
 /// A predicted run whose measurements are drawn again and again.
 pub(super) struct SimulatedRun<'a> {
+    /// As predicted, and as it was last measured.
     track: Track,
     noise: &'a OdometryNoise,
     /// For each measurement.
@@ -66,42 +66,58 @@ impl<'a> SimulatedRun<'a> {
         Self { track, noise, moments }
     }
 
-    /// The run, measured with drawn noise.
-    pub fn drawn(&self, random: &mut Random) -> Track {
+    /// The run, measured with noise drawn anew.
+    pub fn draw(&mut self, random: &mut Random) -> &Track {
         let noise = self.noise;
         // Error of dead reckoning: in the fixed frame, and of the heading.
         let mut off = [0.0_f64; 3];
-        let mut wobble = [(); 3].map(|()| random.normal());
         let scale = [noise.position_wobble_m, noise.position_wobble_m, noise.heading_wobble_rad];
-        let turned_rad = noise.heading_offset_rad * random.normal();
-        let late_s = noise.clock_offset_s * random.normal();
-        let each = self.track.measured.iter().zip(&self.track.predicted).zip(&self.moments);
-        let measured = each.map(|((measurement, pose), moment)| {
+        let wobbles = scale.iter().any(|sigma| *sigma > 0.0);
+        let mut wobble = if wobbles { three_normals(random) } else { [0.0; 3] };
+        let [of_angle, of_clock] = random.two_normals();
+        let turned_rad = noise.heading_offset_rad * of_angle;
+        let late_s = noise.clock_offset_s * of_clock;
+        let track = &mut self.track;
+        let each = track.measured.iter_mut().zip(&track.predicted).zip(&self.moments);
+        for ((measurement, pose), moment) in each {
+            let ([x, y], [turn, wander]) = (random.two_normals(), random.two_normals());
             if let Some(moved) = &moment.moved {
-                let wander_rad = random.normal() * moved.heading_sigma_rad;
+                let wander_rad = wander * moved.heading_sigma_rad;
                 let lever_rad = off[2] + wander_rad / 2.0;
-                off[0] += -lever_rad * moved.by_m[1] + moved.travel_sigma_m * random.normal();
-                off[1] += lever_rad * moved.by_m[0] + moved.travel_sigma_m * random.normal();
+                let travel = random.two_normals();
+                off[0] += -lever_rad * moved.by_m[1] + moved.travel_sigma_m * travel[0];
+                off[1] += lever_rad * moved.by_m[0] + moved.travel_sigma_m * travel[1];
                 off[2] += wander_rad;
-                let fresh = (1.0 - moved.fade * moved.fade).sqrt();
-                wobble = wobble.map(|part| moved.fade * part + fresh * random.normal());
+                if wobbles {
+                    let fresh = (1.0 - moved.fade * moved.fade).sqrt();
+                    let drawn = three_normals(random);
+                    for (part, drawn) in wobble.iter_mut().zip(drawn) {
+                        *part = moved.fade * *part + fresh * drawn;
+                    }
+                }
             }
-            let white = [noise.position_sigma_m, noise.position_sigma_m, noise.heading_sigma_rad]
-                .map(|sigma| sigma * random.normal());
+            let white = [
+                noise.position_sigma_m * x,
+                noise.position_sigma_m * y,
+                noise.heading_sigma_rad * turn,
+            ];
             let behind_m = -late_s * moment.speed_mps;
             let (sin, cos) = moment.sin_cos;
             let turned_late_rad = turned_rad - late_s * moment.turn_rate_rad_s;
             let of_run = [behind_m * cos, behind_m * sin, turned_late_rad];
             let error: [f64; 3] =
                 core::array::from_fn(|i| off[i] + of_run[i] + scale[i] * wobble[i] + white[i]);
-            let position_m =
+            measurement.position_m =
                 measurement.position_m.map(|_| [pose.x_m + error[0], pose.y_m + error[1]]);
-            let heading_rad = measurement.heading_rad.map(|_| pose.heading_rad + error[2]);
-            PoseMeasurement { t_s: measurement.t_s, position_m, heading_rad }
-        });
-        let measured = measured.collect();
-        Track { measured, predicted: self.track.predicted.clone(), step: self.track.step.clone() }
+            measurement.heading_rad = measurement.heading_rad.map(|_| pose.heading_rad + error[2]);
+        }
+        track
     }
+}
+
+fn three_normals(random: &mut Random) -> [f64; 3] {
+    let ([x, y], [turn, _]) = (random.two_normals(), random.two_normals());
+    [x, y, turn]
 }
 
 /// A track with at most [`MEASUREMENTS_MAX`] measurements, the last among them.

@@ -171,10 +171,10 @@ fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNois
     let errors = track.errors(position_m, heading_rad);
     let end = errors.iter().rev().find_map(|error| error.position_m);
     let measured = Squares::of(&errors);
-    let simulated = SimulatedRun::new(run, track, noise);
+    let mut simulated = SimulatedRun::new(run, track, noise);
     let mut random = Random::new(index as u64 + 1);
     let drawn: Vec<Squares> = (0..DRAWS)
-        .map(|_| Squares::of(&simulated.drawn(&mut random).errors(position_m, heading_rad)))
+        .map(|_| Squares::of(&simulated.draw(&mut random).errors(position_m, heading_rad)))
         .collect();
     let steps = &run.motion.steps;
     let sums = Sums { measured, drawn };

@@ -41,20 +41,44 @@ pub(crate) enum Search {
 /// ```
 ///
 /// The prior has the weight of one measurement, so that four poses in all do not give a noise of zero.
+///
+/// With many runs, a share of them leads near the place, and all of them decide.
 pub(crate) fn most_likely(
     runs: &[NoiseSegments],
     start: OdometryNoise,
     given: Given,
     search: Search,
 ) -> OdometryNoise {
-    let near = score(runs, start, &given);
-    if search == Search::Near {
-        return near.0;
+    let starts = match search {
+        Search::Near => vec![start],
+        Search::Wide => vec![start, fading(start)],
+    };
+    if runs.len() <= MANY_RUNS {
+        return likeliest(starts.into_iter().map(|start| score(runs, start, &given)));
     }
-    let fading =
-        OdometryNoise { position_wobble_m: 2e-3, heading_wobble_rad: 1e-2, wobble_s: 2.0, ..start };
-    let fades = score(runs, fading, &given);
-    if fades.1 < near.1 { fades.0 } else { near.0 }
+    let some: Vec<NoiseSegments> =
+        runs.iter().step_by(runs.len().div_ceil(SOME_RUNS)).cloned().collect();
+    let ends = starts.into_iter().map(|start| {
+        let (near, _) = score(&some, start, &given);
+        (near, cost(&near.to_array(), minus_two_log(runs, &near.to_array()), &free(&given)))
+    });
+    score(runs, likeliest(ends), &given).0
+}
+
+/// More runs than this are searched in two stages.
+const MANY_RUNS: usize = 300;
+/// At most so many runs, evenly spread, are searched in the first stage.
+const SOME_RUNS: usize = 100;
+
+/// A start of the search at which errors fade.
+fn fading(start: OdometryNoise) -> OdometryNoise {
+    OdometryNoise { position_wobble_m: 2e-3, heading_wobble_rad: 1e-2, wobble_s: 2.0, ..start }
+}
+
+/// Of noises with their costs, the one with the least; the first of equals.
+fn likeliest(ends: impl Iterator<Item = (OdometryNoise, f64)>) -> OdometryNoise {
+    let better = |a: (OdometryNoise, f64), b: (OdometryNoise, f64)| if b.1 < a.1 { b } else { a };
+    ends.reduce(better).expect("a search has a start").0
 }
 
 /// A difference of logarithms that gives a derivative.
@@ -72,19 +96,14 @@ const SHRINKS_MAX: f64 = 0.05;
 
 /// Iterates (5) and (6) to convergence; the noise and its -2 log likelihood, prior included.
 fn score(runs: &[NoiseSegments], start: OdometryNoise, given: &Given) -> (OdometryNoise, f64) {
-    let typical = OdometryNoise::TYPICAL.to_array();
-    let free: Vec<usize> = (0..NUMBERS).filter(|i| !given[*i]).collect();
-    let prior = |noise: &[f64; NUMBERS], i: usize| (noise[i] / typical[i]).ln() / PRIOR_EFOLDS;
-    let cost = |noise: &[f64; NUMBERS], minus_two_log: f64| {
-        minus_two_log + free.iter().map(|i| prior(noise, *i).powi(2)).sum::<f64>()
-    };
+    let free = free(given);
     let n = free.len();
     let mut best = start.to_array();
     let mut least = f64::INFINITY;
     let mut share = 1.0;
     for _ in 0..ROUNDS_MAX {
         let sums = Sums::around(runs, &best, &free);
-        let before = cost(&best, sums.minus_two_log);
+        let before = cost(&best, sums.minus_two_log, &free);
         least = before;
         let mut gradient = DVector::from_fn(n, |i, _| sums.gradient(i));
         let mut curvature = DMatrix::from_fn(n, n, |i, j| sums.curvature(i, j));
@@ -116,7 +135,7 @@ fn score(runs: &[NoiseSegments], start: OdometryNoise, given: &Given) -> (Odomet
             for (i, step) in free.iter().zip(step.iter()) {
                 there[*i] = moved(*i, best[*i], share * step);
             }
-            let value = cost(&there, minus_two_log(runs, &there));
+            let value = cost(&there, minus_two_log(runs, &there), &free);
             if value < before - FALL_MIN {
                 (best, least) = (there, value);
                 break;
@@ -130,6 +149,22 @@ fn score(runs: &[NoiseSegments], start: OdometryNoise, given: &Given) -> (Odomet
         share = (2.0 * share).min(1.0);
     }
     (OdometryNoise::from_array(best), least)
+}
+
+/// The numbers that are not given.
+fn free(given: &Given) -> Vec<usize> {
+    (0..NUMBERS).filter(|i| !given[*i]).collect()
+}
+
+/// How far a number is from what is typical, in widths of the prior.
+fn prior(noise: &[f64; NUMBERS], number: usize) -> f64 {
+    let typical = OdometryNoise::TYPICAL.to_array();
+    (noise[number] / typical[number]).ln() / PRIOR_EFOLDS
+}
+
+/// -2 log likelihood with the prior of the free numbers.
+fn cost(noise: &[f64; NUMBERS], minus_two_log: f64, free: &[usize]) -> f64 {
+    minus_two_log + free.iter().map(|i| prior(noise, *i).powi(2)).sum::<f64>()
 }
 
 /// A number of the noise, moved by a step of its logarithm.
@@ -305,5 +340,19 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_share_of_many_runs_leads_to_the_noise_of_all() {
+        let campaigns = (0..17).map(|seed| campaign(&full_plan(), &[], seed).prepare().unwrap());
+        let many: Vec<NoiseSegments> = campaigns.flat_map(|prepared| runs(&prepared)).collect();
+        assert!(many.len() > MANY_RUNS, "{} runs", many.len());
+        let mut given = [false; NUMBERS];
+        given[7] = true;
+        let start = OdometryNoise::TYPICAL.times(3.0);
+        let found = most_likely(&many, start, given, Search::Wide).to_array();
+        let (directly, _) = score(&many, start, &given);
+        let least = minus_two_log(&many, &directly.to_array());
+        assert!(minus_two_log(&many, &found) < least + 1.0, "{found:?} is not {directly:?}");
     }
 }

@@ -10,7 +10,11 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 pub const PARAMETERS_MAX: usize = 4;
 
 /// A value and its derivatives by the parameters of one effect.
+///
+/// The alignment is for speed: the compiler loads two numbers at once that were stored just before. Where these were
+/// stored in other pairs, the processor waits for both stores, which takes longer than the arithmetic.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(16))]
 pub struct Jet {
     /// The value.
     pub value: f64,

@@ -4,11 +4,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use robot_model::effect::{Effect, find};
 use robot_model::explain::model::fit;
+use robot_model::recording::Campaign;
 
 use super::case::{Case, Kind};
 use super::hard::{Difficulty, GEOMETRY, Hard};
 use super::hidden_effects::REFERENCE;
-use super::plant::{Dose, Plant, Robot, Taken, take};
+use super::plant::{Dose, Plant, Robot, Taken, take, take_twin};
 use super::robots::{Forces, Kinematic};
 use super::strength::{scaled, sigmas, visibility};
 
@@ -46,6 +47,14 @@ impl<'a> BenchmarkRobot<'a> {
 
     fn take(&self, doses: &mut [Dose]) -> Result<Taken, String> {
         take(self.robot.as_ref(), &self.difficulty, doses)
+    }
+
+    /// A second campaign with other noise, if the plant does not know its noise.
+    ///
+    /// # Errors
+    /// What went wrong, for a person to read.
+    pub fn twin(&self, taken: &Taken) -> Result<Option<Campaign>, String> {
+        take_twin(self.robot.as_ref(), &self.difficulty, &taken.doses)
     }
 
     /// The effects of the fit that knows the truth, each once: those of these indices, and with a wrong data sheet its

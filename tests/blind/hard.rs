@@ -102,6 +102,11 @@ impl Difficulty {
         }
     }
 
+    /// As hard, with its noise drawn anew.
+    pub fn drawn_anew(&self) -> Self {
+        Self { seed: self.seed ^ (1 << 35), ..*self }
+    }
+
     /// What is hard about the poses, and cannot be mended.
     pub fn spoil_poses(&self, campaign: &mut Campaign) {
         match self.hard {

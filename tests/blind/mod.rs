@@ -22,6 +22,7 @@
 //! | [`hidden_effects`] | the effects that can be hidden, and their true parameters |
 //! | [`strength`] | how strong an effect must be to stand out by so many sigma |
 //! | [`benchmark_robot`] | a case with its robot: effects scaled, campaign recorded |
+//! | [`noise_of_twins`] | how large is noise that a plant does not know? |
 //! | [`verdict`] | the answer against the truth |
 //! | [`score`] | many verdicts against the bars |
 //! | [`mystery`] | one such campaign for a reader to solve, with its answer sealed |
@@ -32,6 +33,7 @@ pub mod hard;
 pub mod hidden_effects;
 pub mod kinematic;
 pub mod mystery;
+pub mod noise_of_twins;
 pub mod plant;
 pub mod robots;
 pub mod score;

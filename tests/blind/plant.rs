@@ -71,6 +71,11 @@ pub trait Robot {
     /// What went wrong, for a person to read.
     fn record(&self, doses: &mut [Dose]) -> Result<Recorded, String>;
 
+    /// Records the same effects once more, with all noise drawn anew; `None` if the plant knows its noise.
+    fn record_twin(&self, _doses: &[Dose]) -> Option<Result<Recorded, String>> {
+        None
+    }
+
     /// Weakens an effect until it is physical.
     fn possible(&self, dose: Dose) -> Dose;
 }
@@ -84,6 +89,8 @@ pub struct Taken {
     pub measured: robot_model::recording::Campaign,
     /// With the right data sheet and one clock: what a fit that knows the truth reads.
     pub mended: robot_model::recording::Campaign,
+    /// What is hidden, as strong as it became.
+    pub doses: Vec<Dose>,
     /// The true numbers, relative to the data sheet as it is.
     pub truth: Vec<Truth>,
     /// Error of the true model with its true parameters \[m\], where the plant knows it.
@@ -116,7 +123,23 @@ pub fn take(
     }
     let measured = unchecked(&campaign);
     let (noise_m, moved_m) = levels.unzip();
-    Ok(Taken { campaign, measured, mended, truth, noise_m, moved_m })
+    Ok(Taken { campaign, measured, mended, doses: doses.to_vec(), truth, noise_m, moved_m })
+}
+
+/// The same robot's second campaign with other noise, as a fit that knows the truth reads it; `None` if the plant knows
+/// its noise.
+///
+/// # Errors
+/// What went wrong, for a person to read.
+pub fn take_twin(
+    robot: &dyn Robot,
+    difficulty: &Difficulty,
+    doses: &[Dose],
+) -> Result<Option<robot_model::recording::Campaign>, String> {
+    let Some(recorded) = robot.record_twin(doses) else { return Ok(None) };
+    let mut campaign = recorded?.campaign;
+    difficulty.drawn_anew().spoil_poses(&mut campaign);
+    Ok(Some(unchecked(&campaign)))
 }
 
 /// Noise, and how far what is hidden moves the robot \[m\], on the runs that are not held out.

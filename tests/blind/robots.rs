@@ -42,8 +42,8 @@ impl Forces {
         Some(Hidden { effect, strength: dose.strength, seed: seed_of(&self.case, dose.index) })
     }
 
-    fn record_once(&self, doses: &[Dose]) -> Result<Recorded, String> {
-        let mut scenario = self.sound.clone();
+    fn record_once(&self, doses: &[Dose], seed: u64) -> Result<Recorded, String> {
+        let mut scenario = Scenario { seed, ..self.sound.clone() };
         let hidden: Vec<Hidden> = doses.iter().filter_map(|dose| self.hidden(*dose)).collect();
         hidden.iter().for_each(|secret| secret.hide(&mut scenario));
         scenario.validate().map_err(|error| error.to_string())?;
@@ -67,15 +67,20 @@ impl Forces {
 impl Robot for Forces {
     fn record(&self, doses: &mut [Dose]) -> Result<Recorded, String> {
         const TIMES: usize = 8;
-        let mut outcome = self.record_once(doses);
+        let mut outcome = self.record_once(doses, self.sound.seed);
         for _ in 0..TIMES {
             if outcome.is_ok() {
                 break;
             }
             doses.iter_mut().for_each(|dose| dose.strength *= 0.7);
-            outcome = self.record_once(doses);
+            outcome = self.record_once(doses, self.sound.seed);
         }
         outcome
+    }
+
+    fn record_twin(&self, doses: &[Dose]) -> Option<Result<Recorded, String>> {
+        // Cameras, encoders and hands draw from it; what is hidden does not.
+        Some(self.record_once(doses, self.sound.seed ^ (1 << 34)))
     }
 
     fn possible(&self, dose: Dose) -> Dose {

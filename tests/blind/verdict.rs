@@ -9,6 +9,7 @@ use robot_model::explain::{Answer, ParameterFound, StepFound};
 use super::benchmark_robot::BenchmarkRobot;
 use super::case::{Case, Kind};
 use super::hard::{GEOMETRY, Hard};
+use super::noise_of_twins::noise_of_twins;
 use super::plant::{Dose, Plant, Taken, Truth};
 use super::strength::sigmas;
 
@@ -188,6 +189,12 @@ pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
 
     let all: Vec<Dose> =
         (0..case.effects.len()).map(|index| Dose { index, strength: 0.0 }).collect();
+    // A fit that knows the truth does not describe a robot of forces to the last detail; its second campaign does.
+    let twin_m = robot.twin(&taken)?.map(|twin| {
+        let oracle = fit(&taken.mended, &robot.known(&all)).map_err(|error| text(&error))?;
+        noise_of_twins([&taken.mended, &twin], &oracle, answer.noise)
+    });
+    let twin_m = twin_m.transpose()?;
     let true_m = match (&without, case.kind, taken.noise_m) {
         (Some(without), ..) => {
             let oracle = fit(&without.mended, &robot.known(&[])).map_err(|error| text(&error))?;
@@ -200,7 +207,7 @@ pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
             oracle.errors.cross_validated.position_rms_m
         }
     };
-    let verdict = compare(&robot, taken, answer, true_m, (reached, explain_s));
+    let verdict = compare(&robot, taken, answer, (true_m, twin_m), (reached, explain_s));
     Ok(Verdict { refused, ..verdict })
 }
 
@@ -208,14 +215,14 @@ fn compare(
     robot: &BenchmarkRobot<'_>,
     taken: Taken,
     answer: Answer,
-    true_m: f64,
+    (true_m, twin_m): (f64, Option<f64>),
     (reached, explain_s): (Vec<f64>, f64),
 ) -> Verdict {
     let case = robot.case;
     // Of two poses a run, what is position error and what is heading error depends on the weights that a fit gives
     // them: there, the fit that knows the truth is the measure.
     let known_m = taken.noise_m.filter(|_| case.hard != Hard::Ends);
-    let noise_m = known_m.unwrap_or(true_m);
+    let noise_m = twin_m.or(known_m).unwrap_or(true_m);
     let after =
         answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
     let holds = |step: &StepFound, id: &str| step.class.iter().any(|member| member == id);

@@ -195,9 +195,12 @@ impl Network {
         if self.recorded.len() < 400 {
             self.recorded.push(bytes.to_vec());
         }
-        if self.plant == Some(Plant::ServerThatRenews)
-            && let Some(request) = request(bytes)
-            && matches!(request.command, Command::Renew { .. })
+        if let Some(request) = request(bytes)
+            && match self.plant {
+                Some(Plant::ServerThatRenews) => matches!(request.command, Command::Renew { .. }),
+                Some(Plant::VelocityThatGoesOn) => matches!(request.command, Command::Velocity(_)),
+                _ => false,
+            }
         {
             self.renewal = Some((now_us(), request));
         }

@@ -8,6 +8,10 @@ use sim_target::HostWire;
 pub enum Plant {
     /// The server renews by itself what its host has renewed, for a second.
     ServerThatRenews,
+    /// The server repeats by itself the velocity that its host asked for last, for a second.
+    VelocityThatGoesOn,
+    /// Voltages reach the robot with ten times the time and no limit of travel.
+    VoltageThatGoesOn,
     /// Each motion reaches the robot as one that is three times as long.
     DriveObeyedThrice,
     /// Velocities reach the robot doubled, and voltages with limits that are far away.
@@ -41,6 +45,11 @@ pub fn send(wire: &HostWire, frame: &[u8], plant: Option<Plant>) {
             let distance = drive.distance.map(|distance| 3.0 * distance);
             let thrice = Command::Drive(Drive { distance, ..drive });
             wire.write_now(&request_like(frame, thrice));
+        }
+        (Plant::VoltageThatGoesOn, Some(Request { command: Command::Voltage(asked), .. })) => {
+            let duration_s = 10.0 * asked.duration_s;
+            let longer = Voltage { duration_s, travel_m_max: 5.0, ..asked };
+            wire.write_now(&request_like(frame, Command::Voltage(longer)));
         }
         (Plant::LimitsThatAreLifted, Some(Request { command, .. })) => {
             wire.write_now(&request_like(frame, lifted(command)));

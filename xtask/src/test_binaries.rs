@@ -12,26 +12,34 @@ use std::time::Instant;
 use cargo_metadata::Message;
 
 use crate::emulated::{EMULATOR, IMAGE};
-use crate::steps::{Outcome, cargo_command, run as command};
+use crate::steps::{Outcome, cargo, cargo_command, run as command};
 
 /// So many run at once.
 const AT_ONCE: usize = 2;
 
 /// Those that take longest begin first, in this order: what begins last should not be what ends last.
-const LONGEST: [&str; 9] = [
-    "robot_model",
+const LONGEST: [&str; 10] = [
     EMULATED,
     "binary",
+    "robot_model",
     "scenarios",
-    "closed_loop",
     "tuning",
+    "closed_loop",
     "blind",
+    "corpora",
     "optiodom",
     "campaign",
 ];
 
-/// The tests of the flashed image on the emulated board. What they print is worth reading when they pass.
+/// The tests of the flashed image on the emulated board. What they print is worth reading when they pass. They run one
+/// after another: the emulator changes what memory it may execute all the time, and each change interrupts every core
+/// that another thread of the process runs on.
 const EMULATED: &str = "board";
+const EMULATED_ARGUMENTS: [&str; 2] = ["--nocapture", "--test-threads=1"];
+
+/// The examples that tests run (`tests/binary/libraries.rs`). The others, most of them benches, are compiled by clippy
+/// alone: nothing here needs their code.
+const EXAMPLES: [&str; 3] = ["drive", "read_campaign", "explain"];
 
 /// A test binary.
 pub struct TestBinary {
@@ -44,13 +52,19 @@ pub struct TestBinary {
 /// Builds all test binaries of the workspace.
 pub fn build() -> Result<Vec<TestBinary>, String> {
     let line = ["test", "--workspace", "--no-run", "--message-format=json-render-diagnostics"];
-    let mut command = cargo_command(&[&line, &EMULATOR[..]].concat());
+    let targets = ["--lib", "--bins", "--tests"];
+    let mut command = cargo_command(&[&line[..], &targets, &EMULATOR].concat());
     command.stdout(Stdio::piped()).stderr(Stdio::inherit());
     println!("    cargo test --workspace --no-run");
     let output = command.output().map_err(|error| format!("cannot run cargo: {error}"))?;
     if !output.status.success() {
         return Err("`cargo test --workspace --no-run` failed\n       fix the build".into());
     }
+    // Asked for by name, `cargo test` would build their tests instead.
+    let examples = EXAMPLES.iter().flat_map(|name| ["--example", name]);
+    let line: Vec<&str> =
+        ["build", "--workspace"].into_iter().chain(examples).chain(EMULATOR).collect();
+    cargo(&line, &[], "fix the build of the examples")?;
     let messages = Message::parse_stream(output.stdout.as_slice());
     let mut binaries: Vec<TestBinary> = messages
         .filter_map(|message| match message {
@@ -77,9 +91,10 @@ pub fn run(binaries: &[TestBinary], skip: &str, image: &str) -> Outcome {
             scope.spawn(|| {
                 while let Some(binary) = next(&waiting) {
                     let begun = Instant::now();
-                    let visible = (binary.name == EMULATED).then_some("--nocapture");
-                    let arguments: Vec<&str> =
-                        ["--skip", skip].into_iter().chain(visible).collect();
+                    let mut arguments = vec!["--skip", skip];
+                    if binary.name == EMULATED {
+                        arguments.extend(EMULATED_ARGUMENTS);
+                    }
                     let outcome = binary.run(&arguments, &[(IMAGE, image)]);
                     let seconds = begun.elapsed().as_secs_f64();
                     let mut failed = failed.lock().expect("no holder has panicked");

@@ -6,14 +6,17 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::intervals::{Intervals, Share};
-use super::model::{Drivetrain, WheelMotor};
+use super::model::{Couple, Drivetrain, WheelMotor};
 use super::recording::VoltageRecording;
 use super::regression::regress;
 use crate::kinematics::WheelPair;
+use crate::numeric::lanes::{LANES, Lanes};
 use crate::numeric::parallel;
 
 /// How many constants there are.
 const LEN: usize = 11;
+/// Which of them is the delay.
+const DELAY: usize = 9;
 /// Rounds of the search.
 const ROUNDS_MAX: usize = 60;
 /// The search ends when a round removes less than this share of the cost: of thousands of samples, a hundredth of sigma
@@ -118,18 +121,19 @@ fn to_vector(model: &Drivetrain) -> DVector<f64> {
 }
 
 fn from_vector(at: &DVector<f64>) -> Drivetrain {
+    let Couple { wheels, kc, kw } = couple(|constant| at[constant]);
+    Drivetrain { wheels, kc_v_s2_per_m: kc, delay_s: at[DELAY], kw_v_s2_per_m2: kw }
+}
+
+/// The constants but the delay, each by its number.
+fn couple<T>(at: impl Fn(usize) -> T) -> Couple<T> {
     let wheel = |first: usize| WheelMotor {
-        ks_forward_v: at[first],
-        ks_backward_v: at[first + 1],
-        kv_v_s_per_m: at[first + 2],
-        ka_v_s2_per_m: at[first + 3],
+        ks_forward_v: at(first),
+        ks_backward_v: at(first + 1),
+        kv_v_s_per_m: at(first + 2),
+        ka_v_s2_per_m: at(first + 3),
     };
-    Drivetrain {
-        wheels: WheelPair::new(wheel(0), wheel(4)),
-        kc_v_s2_per_m: at[8],
-        delay_s: at[9],
-        kw_v_s2_per_m2: at[10],
-    }
+    Couple { wheels: WheelPair::new(wheel(0), wheel(4)), kc: at(8), kw: at(10) }
 }
 
 /// Keeps the constants where a motor can have them.
@@ -142,7 +146,7 @@ fn admissible(at: &mut DVector<f64>) {
     }
     let coupling_max = 0.95 * at[3].min(at[7]);
     at[8] = at[8].clamp(-coupling_max, coupling_max);
-    at[9] = at[9].clamp(0.0, DELAY_S_MAX);
+    at[DELAY] = at[DELAY].clamp(0.0, DELAY_S_MAX);
 }
 
 /// Levenberg's search.
@@ -216,31 +220,35 @@ impl<'a> Search<'a> {
 
     /// What speaks against a delay that no driver has \[m^2\].
     fn delay_cost(&self, at: &DVector<f64>) -> f64 {
-        let off = (at[9] - DELAY_S.0) / DELAY_S.1;
+        let off = (at[DELAY] - DELAY_S.0) / DELAY_S.1;
         DELAY_WEIGHT * self.noise * off * off
     }
 
     fn linearise(&mut self) {
         let (at, model) = (&self.at, from_vector(&self.at));
         let steps = DVector::from_fn(LEN, |i, _| match i {
-            9 => 2e-4,
+            DELAY => 2e-4,
             8 | 10 => 1e-3 * at[3].max(at[7]),
             0 | 1 | 4 | 5 => 1e-3 * at[i].max(0.02),
             _ => 1e-3 * at[i],
         });
+        let shifted: Vec<DVector<f64>> = (0..LEN)
+            .flat_map(|i| [-steps[i], steps[i]].map(|step| (i, step)))
+            .map(|(i, step)| {
+                let mut moved = at.clone();
+                moved[i] += step;
+                moved
+            })
+            .collect();
         self.shares = parallel::map(self.recordings, |recording| {
             let base: Vec<f64> = residuals(&model, recording).collect();
+            let shifted = residuals_of_each(&shifted, recording);
+            // A residual falls as its travel rises.
             let columns: Vec<Vec<f64>> = (0..LEN)
                 .map(|i| {
-                    let shifted = |step: f64| {
-                        let mut moved = at.clone();
-                        moved[i] += step;
-                        residuals(&from_vector(&moved), recording).collect::<Vec<f64>>()
-                    };
-                    // A residual falls as its travel rises.
-                    let (low, high) = (shifted(-steps[i]), shifted(steps[i]));
+                    let (low, high) = (&shifted[2 * i], &shifted[2 * i + 1]);
                     low.iter()
-                        .zip(&high)
+                        .zip(high)
                         .map(|(low, high)| (low - high) / (2.0 * steps[i]))
                         .collect()
                 })
@@ -268,8 +276,8 @@ impl<'a> Search<'a> {
             gradient[constant] -= weight * self.at[constant];
         }
         let weight = DELAY_WEIGHT * self.noise / (DELAY_S.1 * DELAY_S.1);
-        gram[(9, 9)] += weight;
-        gradient[9] -= weight * (self.at[9] - DELAY_S.0);
+        gram[(DELAY, DELAY)] += weight;
+        gradient[DELAY] -= weight * (self.at[DELAY] - DELAY_S.0);
         (gram, gradient)
     }
 
@@ -296,10 +304,72 @@ fn residuals<'a>(
     model: &Drivetrain,
     recording: &'a VoltageRecording,
 ) -> impl Iterator<Item = f64> + use<'a> {
+    measured_less(recording, model.travel_m(recording))
+}
+
+/// The same of several models. Those with one delay move beside each other, one in each lane: a step waits for the step
+/// before, and alone a processor would mostly wait.
+fn residuals_of_each(models: &[DVector<f64>], recording: &VoltageRecording) -> Vec<Vec<f64>> {
+    let mut residuals = vec![Vec::new(); models.len()];
+    let mut left: Vec<usize> = (0..models.len()).collect();
+    while let Some(&first) = left.first() {
+        let delay_s = models[first][DELAY];
+        let mut together = left.clone();
+        together.retain(|&index| models[index][DELAY] == delay_s);
+        together.truncate(LANES);
+        left.retain(|index| !together.contains(index));
+        if together.len() == 1 {
+            residuals[first] = self::residuals(&from_vector(&models[first]), recording).collect();
+            continue;
+        }
+        // Lanes that are left over move as the first one does.
+        let model = |lane: usize| &models[together.get(lane).copied().unwrap_or(first)];
+        let lanes = couple(|constant| Lanes(core::array::from_fn(|lane| model(lane)[constant])));
+        let travel_m = lanes.travel_m(delay_s, recording);
+        for (lane, &index) in together.iter().enumerate() {
+            let alone = travel_m.iter().map(|both| both.map(|lanes| lanes.0[lane]));
+            residuals[index] = measured_less(recording, alone).collect();
+        }
+    }
+    residuals
+}
+
+/// Measured less modelled travel, both wheels, sample by sample \[m\].
+fn measured_less<'a, T: IntoIterator<Item = WheelPair<f64>>>(
+    recording: &'a VoltageRecording,
+    modelled: T,
+) -> impl Iterator<Item = f64> + use<'a, T> {
     let start = recording.samples()[0].travel_m;
-    let modelled = model.travel_m(recording);
     recording.samples().iter().zip(modelled).flat_map(move |(sample, modelled)| {
         let measured = sample.travel_m.since(start);
         [measured.left - modelled.left, measured.right - modelled.right]
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drivetrain::recording::Sample;
+
+    #[test]
+    fn models_that_move_beside_each_other_move_as_each_does_alone() {
+        let samples = (0..200).map(|index| {
+            let t_s = f64::from(index) * 0.01;
+            let swing_vs = 3.0 * (1.0 - (4.0 * t_s).cos()) / 4.0;
+            let applied_vs = WheelPair::new(swing_vs, 0.6 * swing_vs);
+            Sample { t_s, travel_m: applied_vs.map(|vs| 0.04 * vs), applied_vs }
+        });
+        let recording = VoltageRecording::new(samples).unwrap();
+        let models: Vec<DVector<f64>> = (0..2 * LANES + 3)
+            .map(|index| {
+                let usual = [0.3, 0.4, 24.0, 0.7, 0.35, 0.3, 23.0, 0.8, 0.1, 0.004, 2.0];
+                let mut at = DVector::from_row_slice(&usual) * (1.0 + 0.1 * index as f64);
+                at[DELAY] = if index % 5 == 3 { 0.001 } else { 0.004 };
+                at
+            })
+            .collect();
+        let alone = |at| residuals(&from_vector(at), &recording).collect::<Vec<f64>>();
+        let alone: Vec<_> = models.iter().map(alone).collect();
+        assert_eq!(residuals_of_each(&models, &recording), alone);
+    }
 }

@@ -2,18 +2,19 @@
 
 use super::recording::VoltageRecording;
 use crate::kinematics::WheelPair;
+use crate::numeric::lanes::Number;
 
-/// One wheel's motor, gear and share of the robot.
+/// One wheel's motor, gear and share of the robot. The fit moves several models beside each other: one in each lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WheelMotor {
+pub struct WheelMotor<T = f64> {
     /// Voltage that overcomes friction forwards, kS+ \[V\].
-    pub ks_forward_v: f64,
+    pub ks_forward_v: T,
     /// Voltage that overcomes friction backwards, kS-, positive \[V\].
-    pub ks_backward_v: f64,
+    pub ks_backward_v: T,
     /// Voltage per speed, kV \[V s/m\].
-    pub kv_v_s_per_m: f64,
+    pub kv_v_s_per_m: T,
     /// Voltage per acceleration of this wheel, kA \[V s^2/m\].
-    pub ka_v_s2_per_m: f64,
+    pub ka_v_s2_per_m: T,
 }
 
 impl WheelMotor {
@@ -48,27 +49,45 @@ impl Drivetrain {
     }
 
     /// Travel at each sample \[m\], from rest at the first one, by the recording's voltages alone.
+    pub fn travel_m(&self, recording: &VoltageRecording) -> Vec<WheelPair<f64>> {
+        Couple { wheels: self.wheels, kc: self.kc_v_s2_per_m, kw: self.kw_v_s2_per_m2 }
+            .travel_m(self.delay_s, recording)
+    }
+}
+
+/// What moves after the delay: one robot, or one in each lane.
+pub(super) struct Couple<T> {
+    /// Each wheel's motor.
+    pub wheels: WheelPair<WheelMotor<T>>,
+    /// kC \[V s^2/m\].
+    pub kc: T,
+    /// kW \[V s^2/m^2\].
+    pub kw: T,
+}
+
+impl<T: Number> Couple<T> {
+    /// Travel at each sample \[m\], from rest at the first one, by voltages that act after this delay.
     ///
     /// The trapezoidal rule with steps of a millisecond at most. Friction is what it must be to hold a wheel or to stop
     /// it, within kS.
-    pub fn travel_m(&self, recording: &VoltageRecording) -> Vec<WheelPair<f64>> {
+    pub fn travel_m(&self, delay_s: f64, recording: &VoltageRecording) -> Vec<WheelPair<T>> {
         let samples = recording.samples();
         let mut cursor = 0;
-        let mut wheels = Wheels::default();
+        let mut wheels = Wheels::at_rest();
         let mut travel = Vec::with_capacity(samples.len());
-        travel.push(WheelPair::both(0.0));
-        let mut applied = recording.applied_vs_at(samples[0].t_s - self.delay_s, &mut cursor);
+        travel.push(wheels.travel_m);
+        let mut applied = recording.applied_vs_at(samples[0].t_s - delay_s, &mut cursor);
         for pair in samples.windows(2) {
             let dt_s = pair[1].t_s - pair[0].t_s;
             let steps = (dt_s / STEP_S).ceil().clamp(1.0, 10_000.0);
             let h_s = dt_s / steps;
-            let scheme = Scheme::new(&self.wheels, self.kc_v_s2_per_m, h_s);
+            let scheme = Scheme::new(&self.wheels, self.kc, h_s);
             for step in 1..=steps as usize {
                 let t_s = pair[0].t_s + step as f64 * h_s;
-                let next = recording.applied_vs_at(t_s - self.delay_s, &mut cursor);
+                let next = recording.applied_vs_at(t_s - delay_s, &mut cursor);
                 let volts = next.zip(applied).map(|(next, before)| (next - before) / h_s);
                 applied = next;
-                let volts = turning(self.kw_v_s2_per_m2, wheels.speed_mps, volts);
+                let volts = turning(self.kw, wheels.speed_mps, volts.map(T::of));
                 scheme.step(&mut wheels, volts);
             }
             travel.push(wheels.travel_m);
@@ -78,11 +97,11 @@ impl Drivetrain {
 }
 
 /// The voltages that are left after what kW takes.
-pub(super) fn turning(
-    kw_v_s2_per_m2: f64,
-    speed_mps: WheelPair<f64>,
-    volts: WheelPair<f64>,
-) -> WheelPair<f64> {
+pub(super) fn turning<T: Number>(
+    kw_v_s2_per_m2: T,
+    speed_mps: WheelPair<T>,
+    volts: WheelPair<T>,
+) -> WheelPair<T> {
     let WheelPair { left, right } = speed_mps;
     WheelPair::new(
         volts.left - kw_v_s2_per_m2 * right * (right - left),
@@ -91,45 +110,58 @@ pub(super) fn turning(
 }
 
 /// Both wheels' state.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Wheels {
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wheels<T> {
     /// Since the first sample \[m\].
-    pub travel_m: WheelPair<f64>,
+    pub travel_m: WheelPair<T>,
     /// Speed \[m/s\].
-    pub speed_mps: WheelPair<f64>,
+    pub speed_mps: WheelPair<T>,
     /// Friction of the last step, against forward motion \[V\].
-    pub friction_v: WheelPair<f64>,
+    pub friction_v: WheelPair<T>,
+}
+
+impl<T: Number> Wheels<T> {
+    /// At the first sample.
+    pub fn at_rest() -> Self {
+        let zero = WheelPair::both(T::of(0.0));
+        Self { travel_m: zero, speed_mps: zero, friction_v: zero }
+    }
 }
 
 /// One step of the trapezoidal rule: (M + h/2 K) v' = (M - h/2 K) v + h (V - F).
-pub(super) struct Scheme {
-    motors: WheelPair<WheelMotor>,
-    kc_v_s2_per_m: f64,
-    h_s: f64,
+pub(super) struct Scheme<T> {
+    motors: WheelPair<WheelMotor<T>>,
+    kc_v_s2_per_m: T,
+    h_s: T,
+    /// Half a step \[s\].
+    half_s: T,
     /// Inverse of the left side: on the diagonal for each wheel, and beside it.
-    inverse: (f64, f64, f64),
+    inverse: (T, T, T),
     /// Voltage that stops a wheel within the step, per speed at its end.
-    of_speed: WheelPair<f64>,
+    of_speed: WheelPair<T>,
 }
 
-impl Scheme {
+impl<T: Number> Scheme<T> {
     /// For motors that are coupled by kC, and a step of h.
-    pub fn new(motors: &WheelPair<WheelMotor>, kc_v_s2_per_m: f64, h_s: f64) -> Self {
-        let diagonal = |motor: &WheelMotor| motor.ka_v_s2_per_m + 0.5 * h_s * motor.kv_v_s_per_m;
+    pub fn new(motors: &WheelPair<WheelMotor<T>>, kc_v_s2_per_m: T, h_s: f64) -> Self {
+        let (h_s, half_s) = (T::of(h_s), T::of(0.5 * h_s));
+        let diagonal = |motor: &WheelMotor<T>| motor.ka_v_s2_per_m + half_s * motor.kv_v_s_per_m;
         let (left, right) = (diagonal(&motors.left), diagonal(&motors.right));
         let beside = kc_v_s2_per_m;
         let determinant = left * right - beside * beside;
         let inverse = (right / determinant, left / determinant, -beside / determinant);
-        let of_speed = WheelPair::new(1.0 / (h_s * inverse.0), 1.0 / (h_s * inverse.1));
-        Self { motors: *motors, kc_v_s2_per_m, h_s, inverse, of_speed }
+        let one = T::of(1.0);
+        let of_speed = WheelPair::new(one / (h_s * inverse.0), one / (h_s * inverse.1));
+        Self { motors: *motors, kc_v_s2_per_m, h_s, half_s, inverse, of_speed }
     }
 
     /// Moves both wheels on by a step, at these voltages.
-    pub fn step(&self, wheels: &mut Wheels, volts: WheelPair<f64>) {
-        let Self { motors, kc_v_s2_per_m, h_s, inverse: (left, right, beside), of_speed } = *self;
+    pub fn step(&self, wheels: &mut Wheels<T>, volts: WheelPair<T>) {
+        let Self { motors, kc_v_s2_per_m, h_s, half_s, inverse: (left, right, beside), of_speed } =
+            *self;
         let before = wheels.speed_mps;
-        let kept = |motor: &WheelMotor, own: f64, other: f64| {
-            (motor.ka_v_s2_per_m - 0.5 * h_s * motor.kv_v_s_per_m) * own + kc_v_s2_per_m * other
+        let kept = |motor: &WheelMotor<T>, own: T, other: T| {
+            (motor.ka_v_s2_per_m - half_s * motor.kv_v_s_per_m) * own + kc_v_s2_per_m * other
         };
         let free = WheelPair::new(
             kept(&motors.left, before.left, before.right) + h_s * volts.left,
@@ -146,8 +178,10 @@ impl Scheme {
             let push_left = free.left - h_s * friction.left;
             after.right = right * push.right + beside * push_left;
             friction.right = held(&motors.right, friction.right + after.right * of_speed.right);
-            // Wheels that slide have the friction of the step before: nothing would change any more.
-            if friction == before_sweep {
+            // Wheels that slide have the friction of the step before: nothing would change any more. Nor would it in
+            // a lane that is swept on because of another one.
+            if friction.left.equals(before_sweep.left) && friction.right.equals(before_sweep.right)
+            {
                 break;
             }
         }
@@ -158,13 +192,13 @@ impl Scheme {
         wheels.friction_v = friction;
         wheels.speed_mps = after;
         wheels.travel_m = WheelPair::new(
-            wheels.travel_m.left + 0.5 * h_s * (before.left + after.left),
-            wheels.travel_m.right + 0.5 * h_s * (before.right + after.right),
+            wheels.travel_m.left + half_s * (before.left + after.left),
+            wheels.travel_m.right + half_s * (before.right + after.right),
         );
     }
 }
 
 /// Friction that would hold a wheel, within what it has.
-fn held(motor: &WheelMotor, wanted_v: f64) -> f64 {
-    wanted_v.max(-motor.ks_backward_v).min(motor.ks_forward_v)
+fn held<T: Number>(motor: &WheelMotor<T>, wanted_v: T) -> T {
+    wanted_v.within(-motor.ks_backward_v, motor.ks_forward_v)
 }

@@ -22,6 +22,12 @@ pub(crate) trait Number:
     /// A function of each lane.
     fn each(self, function: impl Fn(f64) -> f64) -> Self;
 
+    /// Each lane, raised to the least and lowered to the most that it may be.
+    fn within(self, least: Self, most: Self) -> Self;
+
+    /// Whether every lane is equal to the other's.
+    fn equals(self, other: Self) -> bool;
+
     /// Sine and cosine of each lane.
     fn sin_cos(self) -> (Self, Self);
 
@@ -36,6 +42,17 @@ impl Number for f64 {
 
     fn each(self, function: impl Fn(f64) -> f64) -> Self {
         function(self)
+    }
+
+    #[inline(always)]
+    fn within(self, least: Self, most: Self) -> Self {
+        // A processor has an instruction for each of these, and none for `max` and `min`, which ask for what is no number.
+        let raised = if self > least { self } else { least };
+        if raised < most { raised } else { most }
+    }
+
+    fn equals(self, other: Self) -> bool {
+        self == other
     }
 
     fn sin_cos(self) -> (Self, Self) {
@@ -62,6 +79,20 @@ impl Number for Lanes {
 
     fn each(self, function: impl Fn(f64) -> f64) -> Self {
         Self(self.0.map(function))
+    }
+
+    #[inline(always)]
+    fn within(mut self, least: Self, most: Self) -> Self {
+        for ((lane, least), most) in self.0.iter_mut().zip(least.0).zip(most.0) {
+            *lane = lane.within(least, most);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn equals(self, other: Self) -> bool {
+        // Without an end before the last lane, which would be a branch for each.
+        self.0.into_iter().zip(other.0).fold(true, |equal, (a, b)| equal & (a == b))
     }
 
     fn sin_cos(self) -> (Self, Self) {
@@ -122,11 +153,15 @@ mod tests {
             sum += a.each(f64::sin);
             sum -= b;
             sum *= T::of(3.0);
-            sum
+            sum.within(b, a)
         }
         let of = |from: f64| core::array::from_fn(|lane| from + lane as f64 / 7.0);
         let (a, b): ([f64; LANES], [f64; LANES]) = (of(1.0), of(-2.0));
         let alone = core::array::from_fn(|lane| reckoned(a[lane], b[lane]));
         assert_eq!(reckoned(Lanes(a), Lanes(b)), Lanes(alone));
+        let mut other = a;
+        assert!(Lanes(a).equals(Lanes(other)));
+        other[LANES - 1] = 0.0;
+        assert!(!Lanes(a).equals(Lanes(other)));
     }
 }

@@ -65,7 +65,7 @@ impl Simulation<'_> {
         let origin_m = samples[0].travel_m;
         let mut gears = play.map(Gears::new);
         let mut cursor = 0;
-        let mut wheels = Wheels::default();
+        let mut wheels = Wheels::at_rest();
         let mut travel = Vec::with_capacity(samples.len());
         travel.push(WheelPair::both(0.0));
         let mut applied = recording.applied_vs_at(samples[0].t_s - delay_s, &mut cursor);
@@ -127,7 +127,7 @@ impl Gears {
 
     fn step(
         &mut self,
-        wheels: &mut Wheels,
+        wheels: &mut Wheels<f64>,
         acting: WheelPair<Acting>,
         volts: WheelPair<f64>,
         (kc, h_s): (f64, f64),

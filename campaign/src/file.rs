@@ -46,6 +46,14 @@ pub fn write_own(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     }
 }
 
+/// Checks that [`write_own`] can write a file, and leaves nothing behind.
+pub(crate) fn check_own(file: &Path) -> Result<(), WriteError> {
+    match fs::symlink_metadata(file) {
+        Ok(there) if !there.is_file() => Err(WriteError(not_own(&there))),
+        _ => beside(file, READABLE).map(drop).map_err(WriteError),
+    }
+}
+
 fn not_own(there: &fs::Metadata) -> io::Error {
     let what = if there.is_symlink() { "a link" } else { "no file" };
     io::Error::new(ErrorKind::InvalidInput, format!("it is {what}"))
@@ -302,6 +310,8 @@ mod tests {
         std::os::unix::fs::symlink(&file, &link).unwrap();
         let error = write_own(&link, b"new").unwrap_err();
         assert_eq!(error.to_string(), "it is a link");
+        assert_eq!(check_own(&link).unwrap_err().to_string(), "it is a link");
+        assert!(check_own(&file).is_ok());
         assert_eq!(std::fs::read(&file).unwrap(), b"precious");
         std::os::unix::fs::symlink("not-there", folder.path().join("dangling")).unwrap();
         assert!(write_own(&folder.path().join("dangling"), b"new").is_err());

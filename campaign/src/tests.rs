@@ -225,6 +225,9 @@ fn samples_that_could_not_be_read_again_are_not_written() {
     let short = run.finish(RunFacts::default()).unwrap_err().to_string();
     assert!(short.contains("at least two samples"), "{short}");
     assert!(writer.start_run("../a", &[]).is_err());
+    assert!(writer.start_run(&"a".repeat(100), &[]).is_ok());
+    let error = writer.start_run(&"a".repeat(101), &[]).unwrap_err().to_string();
+    assert!(error.contains("101 characters"), "{error}");
 }
 
 #[test]

@@ -9,10 +9,13 @@ use std::sync::Arc;
 use super::read::run_files;
 use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts, Warning};
 use crate::bounded_read;
-use crate::file::{WriteError, check_writable, write_new, write_own};
+use crate::file::{WriteError, check_own, check_writable, write_new, write_own};
 use crate::lock::FolderLock;
 use crate::range;
 use crate::run_facts;
+
+/// The longest name of a run, which becomes part of a file's name.
+const NAME_MAX: usize = 100;
 
 /// A campaign folder to add runs to. While it exists, no other process can.
 #[derive(Debug)]
@@ -112,6 +115,11 @@ impl CampaignWriter {
             let hint = "use letters, digits, - and _, for example straight_back";
             return Err(CampaignError::new(Place::whole(&runs), problem, hint));
         }
+        if name.len() > NAME_MAX {
+            let problem = format!("the name of the run has {} characters", name.len());
+            let hint = format!("use at most {NAME_MAX}");
+            return Err(CampaignError::new(Place::whole(&runs), problem, hint));
+        }
         fs::create_dir_all(&runs)
             .map_err(|error| CampaignError::io(&runs, "make this folder", error))?;
         let columns: Vec<_> = Column::ALL
@@ -120,6 +128,9 @@ impl CampaignWriter {
             .collect();
         check_writable(&runs.join(name))
             .map_err(|error| CampaignError::io(&runs, "write into this folder", error.into()))?;
+        // Its facts go there: better to know before anything drives.
+        let toml = self.folder.join("robot.toml");
+        check_own(&toml).map_err(|error| unwritten(&toml, error))?;
         let header: Vec<_> = columns.iter().map(|column| column.name()).collect();
         let text = header.join(",") + "\n";
         Ok(RunWriter {

@@ -23,6 +23,12 @@ pub fn parse(file: &Path, text: &str) -> Result<Config> {
     config
         .validate()
         .map_err(|error| out_of_range(format_args!("{}: {error}", file.display()), &error))?;
+    if config.name.as_str().chars().any(char::is_control) {
+        let (file, name) = (file.display(), config.name.as_str());
+        return Err(Error::new(format_args!(
+            "{file}: name = {name:?}: must not hold control characters"
+        )));
+    }
     Ok(config)
 }
 

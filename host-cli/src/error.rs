@@ -26,6 +26,8 @@ pub struct Error {
 enum Kind {
     /// The command could not run: exit code 2.
     CouldNotRun,
+    /// The same, because the connection broke: another one may do.
+    CutOff,
     /// The command ran, and its answer is no: exit code 1.
     SaidNo,
     /// The user stopped it: exit code 130, as shells do.
@@ -78,6 +80,11 @@ impl Error {
         value
     }
 
+    /// Whether the connection broke.
+    pub fn is_cut_off(&self) -> bool {
+        self.kind == Kind::CutOff
+    }
+
     /// Whether the user stopped it.
     pub fn is_interrupted(&self) -> bool {
         self.kind == Kind::Interrupted
@@ -86,7 +93,7 @@ impl Error {
     /// The process's exit code.
     pub fn exit_code(&self) -> u8 {
         match self.kind {
-            Kind::CouldNotRun => 2,
+            Kind::CouldNotRun | Kind::CutOff => 2,
             Kind::SaidNo => 1,
             Kind::Interrupted => 130,
         }
@@ -146,6 +153,9 @@ impl From<host_link::Error> for Error {
         let converted = match &error {
             host_link::Error::Cancelled(left) => {
                 Error::interrupted(format_args!("stopped by Ctrl-C{left}"))
+            }
+            host_link::Error::ConnectionLost { .. } => {
+                Error { kind: Kind::CutOff, ..Error::new(&error) }
             }
             _ => Error::new(&error),
         };

@@ -5,25 +5,42 @@
 //! text is from.
 
 use std::fmt::Write as _;
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::sync::LazyLock;
 
 /// Noncharacters, which Unicode reserves for a program's own use: they mark where a style begins, until the line is printed.
 const STYLE_MARKS: std::ops::RangeInclusive<char> = '\u{fdd0}'..='\u{fdef}';
 
-/// The mark of the style with this number; see [`terminal`].
-pub(crate) fn style_mark(number: u8) -> char {
+/// What follows a mark that is ours: drawn anew by each process, so that a text from outside cannot have it.
+static OURS: LazyLock<String> = LazyLock::new(|| {
+    let drawn = RandomState::new().build_hasher().finish();
+    (0..8).map(|place| style_char((drawn >> (5 * place)) as u8 & 31)).collect()
+});
+
+fn style_char(number: u8) -> char {
     char::from_u32(*STYLE_MARKS.start() as u32 + u32::from(number)).unwrap_or(' ')
+}
+
+/// The mark of the style with this number; see [`terminal`].
+pub(crate) fn style_mark(number: u8) -> String {
+    format!("{}{}", style_char(number), *OURS)
 }
 
 /// A line as it may be printed: control characters, and those that reorder or hide text, become `\u001b`, as JSON and TOML write
 /// them. `style` gives what stands for a style's mark. In a text of several lines, line feeds stay.
 pub(crate) fn terminal(text: &str, is_one_line: bool, style: impl Fn(u8) -> String) -> String {
     let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
         match c {
             '\n' if !is_one_line => safe.push(c),
-            c if STYLE_MARKS.contains(&c) => {
-                safe.push_str(&style((c as u32 - *STYLE_MARKS.start() as u32) as u8))
-            }
+            c if STYLE_MARKS.contains(&c) => match rest.as_str().strip_prefix(OURS.as_str()) {
+                Some(after) => {
+                    safe.push_str(&style((c as u32 - *STYLE_MARKS.start() as u32) as u8));
+                    rest = after.chars();
+                }
+                None => push_seen(&mut safe, c),
+            },
             c if is_unseen(c) => push_seen(&mut safe, c),
             c => safe.push(c),
         }
@@ -102,6 +119,17 @@ mod tests {
         let plain = "übung – 3 · 10⁻⁴ \\ \"'$`";
         assert_eq!(terminal(plain, true, |_| String::new()), plain);
         assert_eq!(terminal("two\nlines", false, |_| String::new()), "two\nlines");
+    }
+
+    #[test]
+    fn only_our_own_marks_are_styles() {
+        let styled = |text: &str| terminal(text, true, |number| format!("<{number}>"));
+        let ours = format!("a{}b{}", style_mark(1), style_mark(3));
+        assert_eq!(styled(&ours), "a<1>b<3>");
+        assert_eq!(styled("a\u{fdd1}b"), r"a\ufdd1b");
+        // Whoever guesses its form still lacks what this process drew.
+        let guessed = "\u{fdd1}".repeat(9);
+        assert!(!styled(&guessed).contains('<') || OURS.chars().all(|c| c == '\u{fdd1}'));
     }
 
     #[test]

@@ -2,6 +2,8 @@
 //!
 //! How a motion is driven to its end is left to `host-link`.
 
+use std::time::{Duration, Instant};
+
 use serde_json::json;
 use shared_proto::{Command, Config, MotionEnd, TravelUnit, WheelPair};
 
@@ -31,7 +33,20 @@ pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
     }
 }
 
+/// Others may crowd a port so that a connection is cut off before the robot hears it: a stop connects anew for so long.
+const STOP_TRIES: Duration = Duration::from_secs(3);
+
 pub(super) fn stop(common: &Common, now: bool) -> Result<()> {
+    let begun = Instant::now();
+    loop {
+        match stop_once(common, now) {
+            Err(error) if error.is_cut_off() && begun.elapsed() < STOP_TRIES => {}
+            outcome => return outcome,
+        }
+    }
+}
+
+fn stop_once(common: &Common, now: bool) -> Result<()> {
     with_session(&common.port, &common.sim(), async |session, _| {
         if now {
             session.emergency_stop().await?;

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{Fleet, FleetParameter, Kind, Studied, places, words};
+use crate::escape::seen;
 use crate::json::{judgement, pair};
 
 /// The columns of the table.
@@ -66,11 +67,17 @@ fn row(kind: &Kind, campaign: &Studied, parameter: &FleetParameter, number: usiz
     ]
 }
 
-/// A text as a cell: in quotes if it has what separates cells.
+/// A text as a cell: in quotes if it has what separates cells. It may come from outside, so it is inert wherever the table
+/// is shown; a spreadsheet takes what begins as a formula for text after an apostrophe.
 fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
+    let text = seen(text);
+    let text = match text.starts_with(['=', '+', '-', '@']) {
+        true => format!("'{text}"),
+        false => text,
+    };
+    match text.contains([',', '"']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+        false => text,
     }
 }
 
@@ -139,5 +146,11 @@ mod tests {
     fn a_name_with_a_comma_stays_one_cell() {
         assert_eq!(quoted("a,\"b\""), "\"a,\"\"b\"\"\"");
         assert_eq!(quoted("plain"), "plain");
+    }
+
+    #[test]
+    fn a_name_from_outside_is_inert() {
+        assert_eq!(quoted("a\u{1b}[31m\nb\u{202e}"), r"a\u001b[31m\u000ab\u202e");
+        assert_eq!(quoted("=HYPERLINK(\"x\",\"y\")"), "\"'=HYPERLINK(\"\"x\"\",\"\"y\"\")\"");
     }
 }

@@ -6,6 +6,7 @@ use robot_model::effect::{Facts, Parameter, Role};
 use robot_model::explain::model::{Model, ModelEffect};
 use serde_json::{Value, json};
 
+use crate::escape::seen;
 use crate::{json as shared, words};
 
 /// A drawn path has at most so many points; errors are computed from all.
@@ -28,8 +29,8 @@ pub fn campaign(
     };
     let catalogue = model.catalogue();
     json!({
-        "robot": robot,
-        "folder": folder,
+        "robot": seen(robot),
+        "folder": seen(folder),
         "model": model.effects.iter().map(|entry| entry.id()).collect::<Vec<_>>(),
         "in_use": in_use,
         "runs": paths.iter().map(run).collect::<Vec<_>>(),

@@ -15,6 +15,7 @@ use shared_proto::{
 
 use super::robot::{HeldMotion, Hold, Robot, Wish};
 use crate::advice;
+use crate::escape::seen;
 
 /// Time between two frames of telemetry \[ms\].
 const PERIOD_MS: u16 = 10;
@@ -280,7 +281,7 @@ impl<'a> Attendance<'a> {
         let [major, minor, patch] = firmware;
         self.robot.tell(json!({
             "problem": Value::Null,
-            "name": name.as_str(),
+            "name": seen(name.as_str()),
             "board": board.as_str(),
             "firmware": format!("{major}.{minor}.{patch}"),
             "state": self.state.name(),

@@ -26,12 +26,22 @@ impl Controller {
     }
 }
 
+/// A text from outside as part of a comment, which ends with its line. Java reads `\u000a` as the end of a line even in a
+/// comment, and C continues a line after a backslash at its end: none is left.
+fn in_comment(text: &str) -> String {
+    let plain = |c: char| match c {
+        '\\' => Some('/'),
+        '\u{2028}' | '\u{2029}' => None,
+        c => (!c.is_control()).then_some(c),
+    };
+    text.chars().filter_map(plain).collect()
+}
+
 /// What the first lines of a file say: whose it is, how good it is, and what it lacks.
 fn head(controller: &Controller, comment: &str, robot: &str) -> String {
     let mm = |m: f64| m * 1e3;
     let [nominal, errors] = controller.errors.map(|errors| mm(errors.fitted.position_rms_m));
-    // A comment ends with its line, and a name is a text from outside.
-    let robot: String = robot.chars().filter(|c| !c.is_control()).collect();
+    let robot = in_comment(robot);
     let mut head = format!(
         "{comment} {}, from a campaign of: {robot}\n\
          {comment} error of the odometry, root mean square: {nominal:.1} mm with the nominal numbers, {errors:.1} mm with these\n",
@@ -138,4 +148,16 @@ fn wpilib(controller: &Controller, robot: &RobotFile) -> String {
     }
     java.push_str("}\n");
     java
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_stays_in_its_comment_in_every_language() {
+        let name = "bot \\u000aclass Pwn {} \r\n\u{2028}#include\\";
+        assert_eq!(in_comment(name), "bot /u000aclass Pwn {} #include/");
+        assert_eq!(in_comment("C:\\users bot"), "C:/users bot");
+    }
 }

@@ -141,14 +141,17 @@ fn many_strangers_that_flood_the_port_keep_nobody_from_stopping_the_robot() {
     let strangers: Vec<_> = (0..40_u32)
         .map(|number| {
             let mut stream = connect(&robot);
+            let address = stream.peer_addr().expect("it is connected");
             std::thread::spawn(move || {
                 let mut encoder = Encoder::new();
                 let hello = Hello::of_this_build(1000 + number);
                 let end = Instant::now() + Duration::from_secs(6);
                 while Instant::now() < end {
                     let said = [encoder.hello(hello).to_vec(), commands()].concat();
+                    // Whoever is cut off comes back.
                     if stream.write_all(&said).is_err() {
-                        return;
+                        let Ok(again) = TcpStream::connect(address) else { return };
+                        stream = again;
                     }
                     std::thread::sleep(Duration::from_millis(2));
                 }

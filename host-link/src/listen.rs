@@ -9,6 +9,7 @@
 //! these attempts is passed on to the robot.
 
 mod client;
+mod client_log;
 mod from_robot;
 mod hub;
 
@@ -20,6 +21,7 @@ use crate::address::Address;
 use crate::error::{Error, Result};
 
 pub use self::client::ClientEvent;
+pub use self::client_log::ClientLog;
 pub use self::hub::Hub;
 
 /// Where a robot listens for a host.
@@ -118,7 +120,9 @@ impl Line {
     ) {
         match &mut self.end {
             End::Tcp { listener, hub, began } => {
-                while let Ok((stream, _)) = listener.accept() {
+                while hub.has_place(began.elapsed())
+                    && let Ok((stream, _)) = listener.accept()
+                {
                     // Unless it is gone already.
                     if stream.set_nonblocking(true).and(stream.set_nodelay(true)).is_ok() {
                         hub.join(stream, began.elapsed(), tell);

@@ -16,7 +16,7 @@ use host_link::session::Session;
 use host_link::wire::{Waiting, Wire};
 use sim_target::{HostWire, Lab};
 
-pub use host_link::listen::ClientEvent;
+pub use host_link::listen::{ClientEvent, ClientLog};
 pub use serve::{ServeError, ServeEvent, ServeOptions, Server, serve};
 
 /// A session with the robot at the other end of this wire, in virtual time; not opened yet.

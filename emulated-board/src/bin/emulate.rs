@@ -13,7 +13,7 @@ use host_link::Cancel;
 use host_link::listen::Listen;
 use host_link::motion::{self, Motion, RecordOptions};
 use shared_proto::WheelPair;
-use sim_link::{ClientEvent, ServeError, ServeEvent, ServeOptions, Server};
+use sim_link::{ClientLog, ServeError, ServeEvent, ServeOptions, Server};
 use sim_target::{Scenario, now_us, sleep_until_us};
 
 /// How often chip and client exchange bytes, on the chip's clock \[us\].
@@ -110,18 +110,13 @@ async fn in_real_time(mut server: Server, cancel: &Cancel) -> Result<(), ServeEr
     let mut start = begin;
     let start_us = now_us();
     let mut lost = Duration::ZERO;
+    let mut log = ClientLog::default();
     while !cancel.is_requested() {
         server.exchange(&mut |event| match event {
-            ServeEvent::Client(ClientEvent::Connected) => eprintln!("a client connected"),
-            ServeEvent::Client(ClientEvent::Disconnected) => eprintln!("a client disconnected"),
-            ServeEvent::Client(ClientEvent::Stranger) => {
-                eprintln!("a program that does not speak Beeline's protocol was cut off");
-            }
-            ServeEvent::Client(ClientEvent::NotReading) => {
-                eprintln!("a client that did not read was cut off")
-            }
-            ServeEvent::Client(ClientEvent::NoKey) => {
-                eprintln!("a client that does not hold the key was cut off");
+            ServeEvent::Client(event) => {
+                if let Some(line) = log.line(event) {
+                    eprintln!("{line}");
+                }
             }
             ServeEvent::Listening(_) | ServeEvent::NotPutBack => {}
         })?;

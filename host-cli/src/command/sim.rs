@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use serde_json::json;
-use sim_link::{ClientEvent, ServeEvent, ServeOptions, serve};
+use sim_link::{ClientLog, ServeEvent, ServeOptions, serve};
 
 use crate::cli::{Common, Listen, SimArgs};
 use crate::error::{Error, Result};
@@ -45,22 +45,17 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
             .duration
             .map(|time| Duration::try_from_secs_f64(time.s).unwrap_or(Duration::MAX)),
     };
+    let mut log = ClientLog::default();
     let mut tell = |event| match event {
         ServeEvent::Listening(address) if common.json => say(json!({ "listening": address })),
         ServeEvent::Listening(address) => {
             say(format_args!("{} in real time on {}", scenario.name, paint(BOLD, &address)));
             say(format_args!("  beeline identify --port {address}"));
         }
-        ServeEvent::Client(ClientEvent::Connected) => note("a client connected"),
-        ServeEvent::Client(ClientEvent::Disconnected) => note("a client disconnected"),
-        ServeEvent::Client(ClientEvent::Stranger) => {
-            note("a program that does not speak Beeline's protocol was cut off");
-        }
-        ServeEvent::Client(ClientEvent::NotReading) => {
-            note("a client that did not read was cut off")
-        }
-        ServeEvent::Client(ClientEvent::NoKey) => {
-            note("a client that does not hold the key was cut off")
+        ServeEvent::Client(event) => {
+            if let Some(line) = log.line(event) {
+                note(line);
+            }
         }
         ServeEvent::NotPutBack => note("the robot is moving and was not put back"),
     };

@@ -27,6 +27,9 @@ const HELLO_FIRST: u8 = 1;
 /// A client that has not said hello by then is none, and one that has not shown the robot's key may not have it.
 const GREETING_MAX: Duration = Duration::from_secs(2);
 
+/// A client says hello again no sooner: each costs the robot an answer, and its line has not room for a crowd's.
+const BETWEEN_HELLOS: Duration = Duration::from_millis(20);
+
 /// A client may leave this much of what the robot says unread \[bytes\]: two seconds of the quickest line.
 pub(super) const UNREAD_MAX: usize = 256 * 1024;
 
@@ -42,6 +45,8 @@ pub(super) struct Client<S> {
     since: Duration,
     /// Since its hello.
     session: Option<u32>,
+    /// When its last hello was passed on.
+    hello_at: Option<Duration>,
     /// The robot has let its session in.
     let_in: bool,
     /// Its answer to the challenge is on its way, and one short frame may go with it: an emergency stop does not wait.
@@ -62,6 +67,7 @@ impl<S: Read + Write> Client<S> {
             stream,
             since: now,
             session: None,
+            hello_at: None,
             let_in: false,
             opening: false,
             decoder: Decoder::new(),
@@ -74,6 +80,11 @@ impl<S: Read + Write> Client<S> {
     /// What is held of it and for it \[bytes\].
     pub fn waiting(&self) -> usize {
         self.held.len() + self.unsent.len()
+    }
+
+    /// How long it has been here.
+    pub fn age(&self, now: Duration) -> Duration {
+        now.saturating_sub(self.since)
     }
 
     /// Its session, once it has said hello.
@@ -102,7 +113,7 @@ impl<S: Read + Write> Client<S> {
         robot_has_key: bool,
         tell: &mut dyn FnMut(ClientEvent),
     ) -> bool {
-        let here = now.saturating_sub(self.since);
+        let here = self.age(now);
         if !self.ended && self.held.len() < HELD_MAX {
             let mut buffer = [0; HELD_MAX];
             match self.stream.read(&mut buffer[self.held.len()..]) {
@@ -167,7 +178,12 @@ impl<S: Read + Write> Client<S> {
 
     /// The client's next whole frame, counted by this encoder. Of a client that a robot with a key has not let in, only
     /// what may change that.
-    pub fn next_frame(&mut self, robot_has_key: bool, encoder: &mut Encoder) -> Option<Frame> {
+    pub fn next_frame(
+        &mut self,
+        now: Duration,
+        robot_has_key: bool,
+        encoder: &mut Encoder,
+    ) -> Option<Frame> {
         self.session?;
         while let Some(byte) = self.held.pop_front() {
             // A damaged frame is dropped here: between client and robot there is a second checksum.
@@ -176,8 +192,13 @@ impl<S: Read + Write> Client<S> {
             match frame.channel {
                 // One connection, one session.
                 Channel::Hello | Channel::Open if !its_own => {}
+                Channel::Hello
+                    if self.hello_at.is_some_and(|at| now.saturating_sub(at) < BETWEEN_HELLOS) => {}
                 channel @ (Channel::Hello | Channel::Open) => {
                     self.opening = channel == Channel::Open;
+                    if channel == Channel::Hello {
+                        self.hello_at = Some(now);
+                    }
                     return Some(encoder.relay(&frame));
                 }
                 _ if self.let_in || !robot_has_key => return Some(encoder.relay(&frame)),

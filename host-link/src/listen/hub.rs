@@ -9,7 +9,11 @@ use super::client::{Client, ClientEvent, HELD_MAX, UNREAD_MAX};
 use super::from_robot::FromRobot;
 
 /// So many clients at once, those that have not said hello yet included.
-const CLIENTS_MAX: usize = 16;
+const CLIENTS_MAX: usize = 32;
+
+/// Who has just connected has so long to be let in before others may take its place: a crowd that connects again and again
+/// would cut off a stop in the middle of its handshake.
+const GRACE: Duration = Duration::from_millis(25);
 
 /// Nobody is kept out by those who only connect: the one that has been here longest without being let in goes.
 fn make_room<S: Read + Write>(clients: &mut Vec<Client<S>>, tell: &mut dyn FnMut(ClientEvent)) {
@@ -60,6 +64,12 @@ impl<S: Read + Write> Hub<S> {
     /// More is never held of a client and for it \[bytes\]: what one write adds comes on top.
     pub const WAITING_MAX_EACH: usize = HELD_MAX + UNREAD_MAX;
 
+    /// Whether there is a place for one more client now. Who waits for it loses nothing.
+    pub fn has_place(&self, now: Duration) -> bool {
+        let stranger = self.clients.iter().find(|client| !client.is_let_in());
+        self.clients.len() < CLIENTS_MAX || stranger.is_none_or(|client| client.age(now) >= GRACE)
+    }
+
     /// A client has connected. Its stream must not block.
     pub fn join(&mut self, stream: S, now: Duration, tell: &mut dyn FnMut(ClientEvent)) {
         make_room(&mut self.clients, tell);
@@ -86,7 +96,7 @@ impl<S: Read + Write> Hub<S> {
         while room() {
             let mut any = false;
             for client in &mut *clients {
-                if let Some(frame) = client.next_frame(from_robot.has_key(), encoder) {
+                if let Some(frame) = client.next_frame(now, from_robot.has_key(), encoder) {
                     to_robot(&frame);
                     any = true;
                 }

@@ -137,7 +137,7 @@ fn estimate(estimate: &Estimate) -> String {
     let Estimate { name, unit, value, half_width_95 } = *estimate;
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     if !half_width_95.is_finite() {
-        return format!("{name}  {value:.3}{unit}, told by one experiment alone");
+        return format!("{name}  {value:.3}{unit}, from a single experiment");
     }
     // Two digits of the half-width.
     let digits = if half_width_95 > 0.0 { 1.0 - half_width_95.log10().floor() } else { 3.0 };

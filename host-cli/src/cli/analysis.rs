@@ -191,13 +191,13 @@ Examples:
   beeline fleet robots/*/2025-* --table values.csv
   beeline fleet robots/ --json")]
 pub struct FleetArgs {
-    /// Campaign folders, or folders that have some in them.
+    /// Campaign folders, or folders that contain some.
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
     /// Where to write the page, one self-contained file.
     #[arg(long, short, value_name = "FILE.html")]
     pub output: Option<PathBuf>,
-    /// Where to write every value in a row of its own.
+    /// Where to write a table with one value in each row.
     #[arg(long, value_name = "FILE.csv")]
     pub table: Option<PathBuf>,
 }
@@ -238,7 +238,7 @@ Examples:
 pub struct ServeArgs {
     /// The campaign folder; without it, the page is that of the robot.
     pub campaign: Option<PathBuf>,
-    /// Where the page is served. Beyond this machine only whoever has the printed link may open it
+    /// Where the page is served. Beyond this machine only someone with the printed link can open it
     /// [default: 127.0.0.1:7780, or another port if that is taken].
     #[arg(long, value_name = "IP:PORT")]
     pub listen: Option<SocketAddr>,

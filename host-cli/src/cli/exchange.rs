@@ -95,7 +95,7 @@ Examples:
 pub struct ExportArgs {
     /// The campaign folder.
     pub campaign: PathBuf,
-    /// For whom.
+    /// The program that will read it.
     #[arg(long)]
     pub to: ExportFormat,
     /// The file to write, for tum the folder; without it, text goes to standard output.

@@ -143,9 +143,9 @@ pub enum Command {
     /// Plan a whole campaign of runs, and record it.
     #[command(subcommand)]
     Campaign(CampaignCommand),
-    /// Make a campaign of logs of other programs: ROS 2 bags, trajectories, tables.
+    /// Make a campaign from the logs of other programs: ROS 2 bags, trajectories, tables.
     Import(ImportArgs),
-    /// Write what a campaign says for other programs: parameters, trajectories, bags.
+    /// Write the results of a campaign for other programs: parameters, trajectories, bags.
     Export(ExportArgs),
     /// Compare a campaign with a model: how large the error is, where it arises, and what is noise.
     Compare(CompareArgs),

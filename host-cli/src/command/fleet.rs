@@ -16,7 +16,7 @@ const LINE: usize = 96;
 pub(super) fn run(common: &Common, args: &FleetArgs) -> Result<()> {
     let folders = campaigns(&args.folders).map_err(|(folder, error)| {
         Error::new(format_args!("cannot read the folder {}: {error}", folder.display()))
-            .hint("give campaign folders, or folders that have some in them")
+            .hint("give campaign folders, or folders that contain some")
     })?;
     if folders.is_empty() {
         return Err(Error::new("there is no campaign in these folders")

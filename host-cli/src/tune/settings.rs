@@ -82,7 +82,7 @@ pub fn design(
         stiffness,
     };
     drivetrain::design(&fit.constants.value, &facts).map_err(|_| {
-        Error::said_no("no gains keep their margin on these motors: the delay is too long, or a count too coarse")
+        Error::said_no("no gains are stable enough on these motors: the delay is too long, or a count too coarse")
             .hint("an encoder on the motor's shaft has a finer resolution than one on the wheel's")
     })
 }

@@ -120,3 +120,71 @@ impl<S: Read + Write> Hub<S> {
         clients.retain_mut(|client| client.send(tell));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::collections::VecDeque;
+    use std::io::{self, ErrorKind};
+    use std::rc::Rc;
+
+    use shared_proto::Hello;
+
+    use super::*;
+
+    /// The server's end of a connection: what the client has sent, and nothing more for now.
+    #[derive(Clone, Default)]
+    struct Connection(Rc<RefCell<VecDeque<u8>>>);
+
+    impl Read for Connection {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            match self.0.borrow_mut().read(buffer)? {
+                0 => Err(ErrorKind::WouldBlock.into()),
+                len => Ok(len),
+            }
+        }
+    }
+
+    impl Write for Connection {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn ms(ms: u64) -> Duration {
+        Duration::from_millis(ms)
+    }
+
+    #[test]
+    fn who_has_just_connected_keeps_its_place_for_a_moment() {
+        let mut hub = Hub::default();
+        for number in 0..CLIENTS_MAX as u64 {
+            assert!(hub.has_place(ms(number)));
+            hub.join(Connection::default(), ms(number), &mut |_| ());
+        }
+        assert!(!hub.has_place(ms(24)), "the oldest has been here for 24 ms");
+        assert!(hub.has_place(ms(25)));
+        hub.join(Connection::default(), ms(25), &mut |_| ());
+        assert!(!hub.has_place(ms(25)), "the next one came at 1 ms");
+        assert!(hub.has_place(ms(26)));
+    }
+
+    #[test]
+    fn of_many_hellos_one_in_20_ms_reaches_the_robot() {
+        let (mut hub, connection) = (Hub::default(), Connection::default());
+        hub.join(connection.clone(), ms(0), &mut |_| ());
+        let mut encoder = Encoder::new();
+        let mut passed_on_at = Vec::new();
+        for now_ms in 0..60 {
+            let hello = encoder.hello(Hello::of_this_build(7));
+            connection.0.borrow_mut().extend(hello.iter());
+            let mut to_robot = |_: &[u8]| passed_on_at.push(now_ms);
+            hub.pass_on(ms(now_ms), &|| true, &mut to_robot, &mut |_| ());
+        }
+        assert_eq!(passed_on_at, [0, 20, 40]);
+    }
+}

@@ -315,7 +315,8 @@ fn residuals_of_each(models: &[DVector<f64>], recording: &VoltageRecording) -> V
     while let Some(&first) = left.first() {
         let delay_s = models[first][DELAY];
         let mut together = left.clone();
-        together.retain(|&index| models[index][DELAY] == delay_s);
+        // By their bits: what is no number equals itself as well, and is not waited for without end.
+        together.retain(|&index| models[index][DELAY].to_bits() == delay_s.to_bits());
         together.truncate(LANES);
         left.retain(|index| !together.contains(index));
         if together.len() == 1 {

@@ -110,8 +110,9 @@ pub fn cases(seed: u64, campaigns: usize) -> Vec<Case> {
             Kind::Nothing | Kind::Nuisance => Vec::new(),
         };
         *turn += usize::from(!effects.is_empty());
-        // A late camera under a clock that is off is not two things.
-        if hard == Hard::Clock && effects.iter().any(|effect| effect.id() == "measurement_delay") {
+        // A late camera under a clock that is off is not two things, and where the robot stands it shows nothing.
+        let unlike_late = matches!(hard, Hard::Clock | Hard::Ends);
+        if unlike_late && effects.iter().any(|effect| effect.id() == "measurement_delay") {
             hard = Hard::None;
         }
         let seed = seed.wrapping_mul(1_000_003).wrapping_add(index as u64);

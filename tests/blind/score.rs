@@ -146,7 +146,7 @@ fn bars_of_unknown_robots(verdicts: &[Verdict]) -> Vec<Bar> {
         ),
         bar(
             "hiding: worth correcting, and not there",
-            share(verdicts.iter().filter(hiding), |verdict| verdict.extra_matters > 0),
+            share(verdicts.iter().filter(hiding), |verdict| !verdict.extra_matters.is_empty()),
             [0.0, 0.05],
         ),
         bar(
@@ -315,8 +315,11 @@ fn faults(verdict: &Verdict) -> Vec<String> {
         if !uncovered.is_empty() {
             faults.push(format!("outside its interval: {}", uncovered.join(", ")));
         }
-        if !verdict.case.effects.is_empty() && !outside && verdict.extra_matters > 0 {
-            faults.push("worth correcting, and not there".to_owned());
+        if !verdict.case.effects.is_empty() && !outside && !verdict.extra_matters.is_empty() {
+            let each = verdict.extra_matters.iter();
+            let each: Vec<String> =
+                each.map(|(id, times)| format!("{id} by {times:.1} tolerances")).collect();
+            faults.push(format!("worth correcting, and not there: {}", each.join(", ")));
         }
     }
     if let Some(why) = &verdict.refused {

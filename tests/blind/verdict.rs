@@ -36,8 +36,8 @@ pub struct Verdict {
     pub matters: Vec<bool>,
     /// Effects found whose class holds none that is hidden.
     pub extra: usize,
-    /// Of these, how many are called worth correcting.
-    pub extra_matters: usize,
+    /// Of these, those called worth correcting, with their size over the tolerance.
+    pub extra_matters: Vec<(String, f64)>,
     /// Whether something unexplained was reported.
     pub flagged: bool,
     /// Why the files were refused before anything was fitted, if they were. They are right, so this is a miss.
@@ -111,7 +111,7 @@ impl Verdict {
 
     /// Of a sound robot, whether anything is called worth correcting.
     pub fn worth_nothing(&self) -> bool {
-        self.extra_matters == 0 && !self.flagged && self.refused.is_none()
+        self.extra_matters.is_empty() && !self.flagged && self.refused.is_none()
     }
 
     /// Where the data sheet is wrong: whether all three of its numbers are named.
@@ -212,6 +212,9 @@ pub fn verdict_on(case: &Case) -> Result<Verdict, String> {
     Ok(Verdict { refused, ..verdict })
 }
 
+/// Where only ends are measured, two estimates of the same noise differ by less than this factor.
+const ENDS_TELL: f64 = 1.5;
+
 fn compare(
     robot: &BenchmarkRobot<'_>,
     taken: Taken,
@@ -223,7 +226,11 @@ fn compare(
     // Of two poses a run, what is position error and what is heading error depends on the weights that a fit gives
     // them: there, the fit that knows the truth is the measure.
     let known_m = taken.noise_m.filter(|_| case.hard != Hard::Ends);
-    let noise_m = twin_m.or(known_m).unwrap_or(true_m);
+    // Twenty poses tell the noise to a sixth, and that of the twins is of other poses.
+    let twins_m = twin_m.filter(|twins_m| {
+        case.hard != Hard::Ends || case.kind == Kind::Outside || true_m > ENDS_TELL * twins_m
+    });
+    let noise_m = twins_m.or(known_m).unwrap_or(true_m);
     let after =
         answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
     let holds = |step: &StepFound, id: &str| step.class.iter().any(|member| member == id);
@@ -247,7 +254,11 @@ fn compare(
         found: answer.steps.iter().map(|step| step.class.clone()).collect(),
         matters: answer.steps.iter().map(|step| step.matters).collect(),
         extra: extra.len(),
-        extra_matters: extra.iter().filter(|step| step.matters).count(),
+        extra_matters: extra
+            .iter()
+            .filter(|step| step.matters)
+            .map(|step| (step.effect.clone(), step.effect_size_m / answer.tolerance_m))
+            .collect(),
         flagged: answer.unexplained.structure,
         refused: None,
         depends_on: answer

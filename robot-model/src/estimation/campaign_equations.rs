@@ -1,7 +1,8 @@
 //! What do the runs of a campaign tell about any set of parameters? Normal equations, one set for each run.
 //!
 //! After whitening, every refit, cross-validation and test is arithmetic on sums of these over runs. The fold is a run
-//! throughout: samples of one run share its accidents. Which columns to fit is the caller's question.
+//! throughout: samples of one run share its accidents. Which columns to fit is the caller's question. What a run is
+//! predicted by when it is left out is in [`super::left_out`].
 
 use std::ops::Range;
 
@@ -13,12 +14,14 @@ use crate::estimation::ekf::whiten;
 use crate::estimation::gyro::whiten_gyro;
 use crate::estimation::normal_equations::{EquationsWithout, NormalEquations, Sums};
 use crate::estimation::row_adder::RowAdder;
-use crate::recording::campaign::Prepared;
+use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run_kind::RunKind;
 
-/// A single run is cut into this many blocks, so that it can be cross-validated.
+/// A single run, or one that alone shows a column, is cut into this many blocks, so that it can be cross-validated.
 const BLOCKS: usize = 8;
+/// With this share of the information about a column, a run is the only one that shows it.
+const ALONE_SHARE: f64 = 0.9;
 
 /// What is left out at a time: a run, or a block of it where there is only one run.
 #[derive(Clone, Debug)]
@@ -26,6 +29,16 @@ pub(crate) struct Fold {
     pub run: usize,
     pub kind: RunKind,
     pub sums: NormalEquations,
+    /// The sums of its blocks, where it is the only one of several runs that shows a column.
+    pub blocks: Vec<NormalEquations>,
+}
+
+impl Fold {
+    /// Whether no other fold shows this column.
+    pub fn alone_shows(&self, total: &NormalEquations, column: usize) -> bool {
+        let (own, all) = (self.sums.gram[(column, column)], total.gram[(column, column)]);
+        own > ALONE_SHARE * all
+    }
 }
 
 /// The prior of a parameter.
@@ -69,21 +82,29 @@ impl CampaignEquations {
     pub fn gather(prepared: &Prepared, terms: &[PlacedTerm<'_>], noise: &OdometryNoise) -> Self {
         let free = Terms::Free(terms);
         let columns = free.columns();
-        let blocks = if prepared.runs.len() == 1 { BLOCKS } else { 1 };
-        let gathered = crate::numeric::parallel::map(&prepared.runs, |run| {
+        let sums_of = |run: &PreparedRun, blocks: usize| {
             let mut adder = RowAdder::new(columns, run.motion.steps.len(), blocks);
             whiten(&run.motion, &run.recording.measured_poses, free, noise, &mut adder);
             whiten_gyro(run, free, noise, &mut adder);
             adder.sums()
-        });
-        let mut folds = Vec::new();
+        };
+        let only_run = prepared.runs.len() == 1;
+        let blocks = if only_run { BLOCKS } else { 1 };
+        let gathered = crate::numeric::parallel::map(&prepared.runs, |run| sums_of(run, blocks));
+        let mut folds: Vec<Fold> = Vec::new();
         let mut total = NormalEquations::zeros(columns);
         for (index, blocks) in gathered.into_iter().enumerate() {
             for sums in blocks {
                 total.add(&sums);
                 if sums.rows > 0.0 {
-                    folds.push(Fold { run: index, kind: prepared.runs[index].kind, sums });
+                    let kind = prepared.runs[index].kind;
+                    folds.push(Fold { run: index, kind, sums, blocks: Vec::new() });
                 }
+            }
+        }
+        for fold in folds.iter_mut().filter(|_| !only_run) {
+            if (0..columns).any(|column| fold.alone_shows(&total, column)) {
+                fold.blocks = sums_of(&prepared.runs[fold.run], BLOCKS);
             }
         }
         Self { folds, total, priors: priors(terms) }
@@ -94,6 +115,7 @@ impl CampaignEquations {
         self.total.shift(column, delta);
         for fold in &mut self.folds {
             fold.sums.shift(column, delta);
+            fold.blocks.iter_mut().for_each(|block| block.shift(column, delta));
         }
         self.priors[column].from_middle += delta;
     }
@@ -207,7 +229,7 @@ mod tests {
                 rows: 9.0,
             };
             total.add(&sums);
-            Fold { run, kind: RunKind::Straight, sums }
+            Fold { run, kind: RunKind::Straight, sums, blocks: Vec::new() }
         });
         let folds = folds.collect();
         let priors = (0..4).map(|i| Prior { from_middle: 0.3, spread: 0.5 + f64::from(i) });

@@ -8,8 +8,9 @@ use nalgebra::DVector;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::moved_within_range;
+use crate::estimation::left_out::LeftOut;
 use crate::estimation::normal_equations::Sums;
-use crate::estimation::predict::open_loop_as_seen;
+use crate::estimation::predict::{Track, open_loop_as_seen};
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
@@ -43,10 +44,13 @@ struct Squares {
     headings: f64,
 }
 
-/// The squared errors of one run.
-fn squares(run: &PreparedRun, terms: &[Term<'_>], noise: &OdometryNoise) -> Squares {
-    let measurements = &run.recording.measured_poses;
-    let track = open_loop_as_seen(&run.motion, measurements, terms);
+/// The track of one run.
+fn track(run: &PreparedRun, terms: &[Term<'_>]) -> Track {
+    open_loop_as_seen(&run.motion, &run.recording.measured_poses, terms)
+}
+
+/// The squared errors of a track.
+fn squares(track: &Track, noise: &OdometryNoise) -> Squares {
     let mut sum = Squares::default();
     let position_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
     let scale_rad = noise.heading_sigma_rad.hypot(noise.heading_wobble_rad);
@@ -111,7 +115,7 @@ pub(crate) fn errors_on_runs(
 ) -> Errors {
     let delta = equations.best(&equations.total, columns);
     let terms = moved(prepared, terms, columns, &delta);
-    let each = parallel::map(prepared.recorded(), |run| squares(run, &terms, noise));
+    let each = parallel::map(prepared.recorded(), |run| squares(&track(run, &terms), noise));
     total(each, equations.total.chi_squared(columns, &delta), equations.total.rows)
 }
 
@@ -166,18 +170,41 @@ pub(crate) fn cross_validated_tracks(
 /// campaign by the fit to itself.
 pub(crate) fn tracks(
     prepared: &Prepared,
-    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
+    model: (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],
     noise: &OdometryNoise,
 ) -> TrackErrors {
-    let runs: Vec<usize> = (0..prepared.runs.len()).collect();
-    let runs = parallel::map(&runs, |run| {
-        let left_out = if runs.len() > 1 { equations.folds_of(*run) } else { 0..0 };
-        let sums = equations.without(left_out);
-        let delta = equations.best(&sums, columns);
-        squares(&prepared.runs[*run], &moved(prepared, terms, columns, &delta), noise)
-    });
-    TrackErrors { runs }
+    TrackErrors { runs: left_out(prepared, &prepared.runs, model, columns, noise) }
+}
+
+/// The squared errors of these tracks of the runs.
+fn left_out(
+    prepared: &Prepared,
+    recorded: &[PreparedRun],
+    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
+    columns: &[usize],
+    noise: &OdometryNoise,
+) -> Vec<Squares> {
+    let runs: Vec<usize> = (0..recorded.len()).collect();
+    parallel::map(&runs, |index| {
+        let run = &recorded[*index];
+        let moved_by = |delta: &DVector<f64>| track(run, &moved(prepared, terms, columns, delta));
+        let track = match &equations.folds[equations.folds_of(*index)] {
+            [fold] if runs.len() > 1 => {
+                let LeftOut { by_others, by_block } = equations.left_out(fold, columns);
+                match by_block.is_empty() {
+                    true => moved_by(&by_others),
+                    false => {
+                        let blocks: Vec<Track> = by_block.iter().map(moved_by).collect();
+                        Track::block_by_block(&blocks, run.motion.steps.len())
+                    }
+                }
+            }
+            // The only run, or one that nothing was measured in.
+            _ => moved_by(&equations.best(&equations.total, columns)),
+        };
+        squares(&track, noise)
+    })
 }
 
 /// Errors with these columns fitted, for each run, to all others.
@@ -186,29 +213,13 @@ pub(crate) fn tracks(
 /// as a block has no start of its own.
 pub(crate) fn cross_validated(
     prepared: &Prepared,
-    (equations, terms): (&CampaignEquations, &[PlacedTerm<'_>]),
+    model: (&CampaignEquations, &[PlacedTerm<'_>]),
     columns: &[usize],
     noise: &OdometryNoise,
 ) -> Errors {
-    let runs: Vec<usize> = (0..prepared.runs.len()).collect();
-    let each = parallel::map(&runs, |run| {
-        // The only run is predicted by the fit to itself.
-        let left_out = if runs.len() > 1 { equations.folds_of(*run) } else { 0..0 };
-        let sums = equations.without(left_out);
-        let delta = equations.best(&sums, columns);
-        squares(&prepared.recorded()[*run], &moved(prepared, terms, columns, &delta), noise)
-    });
-    let folds: Vec<usize> = (0..equations.folds.len()).collect();
-    let on_each = parallel::map(&folds, |index| {
-        let fold = &equations.folds[*index];
-        let left_out = match runs.len() {
-            1 => *index..index + 1,
-            _ => equations.folds_of(fold.run),
-        };
-        let sums = equations.without(left_out);
-        let delta = equations.best(&sums, columns);
-        fold.sums.chi_squared(columns, &delta)
-    });
-    let chi_squared = on_each.into_iter().sum();
-    total(each, chi_squared, equations.total.rows)
+    let equations = model.0;
+    let each = left_out(prepared, prepared.recorded(), model, columns, noise);
+    let chi_squared =
+        parallel::map(&equations.folds, |fold| equations.chi_squared_left_out(fold, columns));
+    total(each, chi_squared.into_iter().sum(), equations.total.rows)
 }

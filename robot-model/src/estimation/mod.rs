@@ -25,6 +25,7 @@ pub(crate) mod ekf;
 pub(crate) mod errors;
 pub(crate) mod fit;
 pub(crate) mod gyro;
+pub(crate) mod left_out;
 pub(crate) mod most_likely_noise;
 pub(crate) mod noise_segments;
 pub(crate) mod normal_equations;

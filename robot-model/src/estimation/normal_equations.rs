@@ -109,6 +109,28 @@ impl<S: Sums> Sums for EquationsWithout<'_, S> {
     }
 }
 
+/// Other sums about a point that is moved in some columns.
+pub(crate) struct Moved<'a, S> {
+    pub sums: &'a S,
+    pub columns: &'a [usize],
+    pub delta: &'a DVector<f64>,
+}
+
+impl<S: Sums> Sums for Moved<'_, S> {
+    fn gram(&self, row: usize, column: usize) -> f64 {
+        self.sums.gram(row, column)
+    }
+
+    fn right(&self, row: usize) -> f64 {
+        let moved = self.columns.iter().zip(self.delta);
+        self.sums.right(row) - moved.map(|(j, d)| self.sums.gram(row, *j) * d).sum::<f64>()
+    }
+
+    fn squares(&self) -> f64 {
+        self.sums.chi_squared(self.columns, self.delta)
+    }
+}
+
 /// Some columns of other sums, added up once: for those of many folds, which are asked often.
 pub(crate) struct Columns {
     /// Where each column stands here.

@@ -1,6 +1,7 @@
 //! Where does a model predict that the robot went? Open loop: from the start on, without the measured poses.
 
 use crate::effect::composition::{Composer, Term, Terms};
+use crate::estimation::row_adder::block_of;
 use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
@@ -39,17 +40,20 @@ pub(crate) fn open_loop(
     open_loop_from(from, motion, measurements, terms)
 }
 
-/// The same from a start with the first measured heading, or where that is missing with the heading that brings the
-/// track nearest to the measured one: effects of the world depend on it.
+/// The same from the first measured place and heading, or where there is none from the start that brings the track nearest
+/// to the measured one: effects of the world depend on both.
 pub(crate) fn open_loop_as_seen(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: &[Term<'_>],
 ) -> Track {
     let terms = Terms::Fixed(terms);
-    let first = within(motion, measurements).next().and_then(|measurement| measurement.heading_rad);
-    let start = match first {
-        Some(heading_rad) => Pose::new(0.0, 0.0, heading_rad),
+    let first = within(motion, measurements).next();
+    let start = match first.and_then(|first| Some((first.position_m, first.heading_rad?))) {
+        Some((place_m, heading_rad)) => {
+            let [x_m, y_m] = place_m.unwrap_or_default();
+            Pose::new(x_m, y_m, heading_rad)
+        }
         None => {
             let track = open_loop(motion, measurements, terms);
             // Either unit serves to find a heading.
@@ -98,6 +102,19 @@ pub(crate) fn open_loop_from(
 }
 
 impl Track {
+    /// A track that moves from measurement to measurement as one of these does, which are of the same measurements: as
+    /// that of the block of its step, in a run that is cut into as many blocks of equal length.
+    pub(crate) fn block_by_block(blocks: &[Self], steps: usize) -> Self {
+        let Some((first, _)) = blocks.split_first() else { return Self::default() };
+        let mut track = first.clone();
+        for index in 1..track.predicted.len() {
+            let block = &blocks[block_of(first.step[index], steps, blocks.len())];
+            let moved = block.predicted[index].seen_from(block.predicted[index - 1]);
+            track.predicted[index] = track.predicted[index - 1].compose(moved);
+        }
+        track
+    }
+
     /// The start that brings the predicted positions nearest to the measured ones.
     ///
     /// `None` with fewer than two positions, or where all are in one place.

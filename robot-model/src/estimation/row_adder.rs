@@ -16,6 +16,11 @@ pub(crate) struct RowAdder {
     blocks: Vec<Block>,
 }
 
+/// The block of a step, in a run that is cut into so many blocks of equal length.
+pub(crate) fn block_of(step: usize, steps: usize, blocks: usize) -> usize {
+    (step * blocks / steps.max(1)).min(blocks - 1)
+}
+
 /// The sums of one block. Of J'J, the lower triangle alone, column by column.
 #[derive(Clone)]
 struct Block {
@@ -33,7 +38,7 @@ impl RowAdder {
             waiting: core::array::from_fn(|_| vec![0.0; columns]),
             waits: 0,
         };
-        Self { columns, steps: steps.max(1), blocks: vec![block; blocks] }
+        Self { columns, steps, blocks: vec![block; blocks] }
     }
 
     /// The sums of each block.
@@ -50,8 +55,7 @@ impl RowAdder {
 impl FilterObserver for RowAdder {
     fn row(&mut self, innovation: Innovation, row: &[f64]) {
         debug_assert_eq!(row.len(), self.columns);
-        let count = self.blocks.len();
-        let index = (innovation.step * count / self.steps).min(count - 1);
+        let index = block_of(innovation.step, self.steps, self.blocks.len());
         let block = &mut self.blocks[index];
         let residual = innovation.value / innovation.variance.sqrt();
         for (right, a) in block.sums.right.iter_mut().zip(row) {

@@ -101,10 +101,13 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
     AuxiliaryEffect {
         regressor: Regressor::WheelAngle,
         act: |p, step, _| {
+            // Each wheel rolls where it points to, also in a spin.
             let middle = step.phi_rad.zip(step.dphi_rad).map(|(phi, dphi)| phi + dphi / 2.0);
             let (left, right) = (middle.left.sin_cos(), middle.right.sin_cos());
-            let aside = p[0] * left.1 + p[1] * left.0 + p[2] * right.1 + p[3] * right.0;
-            Change { sideways_m: aside * step.travel_m(), ..Change::NONE }
+            let ds_m = step.wheel_travel_m();
+            let sideways_m = (p[0] * left.1 + p[1] * left.0) * ds_m.left
+                + (p[2] * right.1 + p[3] * right.0) * ds_m.right;
+            Change { sideways_m, ..Change::NONE }
         },
     },
     AuxiliaryEffect {

@@ -19,6 +19,25 @@ fn sum(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Jet {
     p[0] * by[0] + p[1] * by[1] + p[2] * by[2] + p[3] * by[3]
 }
 
+/// Where the robot is in the world \[m\], and its nominal move.
+struct Moved {
+    r: [f64; 2],
+    dr: [f64; 2],
+}
+
+impl Moved {
+    fn by(step: &Step) -> Self {
+        let ((sin, cos), ds_m) = (step.heading_rad.sin_cos(), step.travel_m());
+        Self { r: step.place_m, dr: [cos * ds_m, sin * ds_m] }
+    }
+}
+
+/// Drifts in the world \[m\] by these four functions.
+fn drifts(p: &[Jet; PARAMETERS_MAX], by: [[f64; 2]; 4]) -> Change {
+    let along = |axis: usize| sum(p, by.map(|drift| drift[axis]));
+    Change { drift_m: [along(0), along(1)], ..Change::NONE }
+}
+
 /// Time constants of what answers late \[s\].
 const LATE_S: [f64; 2] = [0.15, 0.6];
 
@@ -272,6 +291,29 @@ pub(super) static FUNCTIONS: &[AuxiliaryEffect] = &[
             let [x, y] = step.place_m;
             let path_m = step.travel_m().abs();
             turns(p, [x * x, y * y, x * y, 0.0].map(|shape| shape * path_m))
+        },
+    },
+    // A camera whose lens bends the floor, about a middle of its own: d[(1 + k |r - c|^2) (r - c)] to first order in c.
+    AuxiliaryEffect {
+        regressor: Regressor::Place,
+        act: |p, step, _| {
+            let Moved { r: [x, y], dr: [dx, dy] } = Moved::by(step);
+            let along = x * dx + y * dy;
+            let radial =
+                [(x * x + y * y) * dx + 2.0 * x * along, (x * x + y * y) * dy + 2.0 * y * along];
+            let of_c_x = [2.0 * x * dx + along, x * dy + y * dx];
+            let of_c_y = [y * dx + x * dy, 2.0 * y * dy + along];
+            drifts(p, [radial, of_c_x, of_c_y, [0.0; 2]])
+        },
+    },
+    // A camera that looks at the floor aslant: perspective, d[(1 + a . r) r], and axes of unequal scale that are not square.
+    AuxiliaryEffect {
+        regressor: Regressor::Place,
+        act: |p, step, _| {
+            let Moved { r: [x, y], dr: [dx, dy] } = Moved::by(step);
+            let of_a_x = [2.0 * x * dx, x * dy + y * dx];
+            let of_a_y = [y * dx + x * dy, 2.0 * y * dy];
+            drifts(p, [of_a_x, of_a_y, [dx, -dy], [dy, dx]])
         },
     },
 ];

@@ -20,7 +20,6 @@ use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{Errors, TrackErrors, cross_validated, tracks};
 use crate::estimation::fit::{Fitted, fit_noise};
 use crate::estimation::most_likely_noise::Search;
-use crate::estimation::normal_equations::{EquationsWithout, Sums};
 use crate::numeric::distributions::signed_rank;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
@@ -89,45 +88,108 @@ pub(crate) fn flexible(
         .chain(patches.iter().map(|patch| (Some(Regressor::Place), zero(patch))))
         .collect();
     let thinned = thinned(prepared);
-    let mut noise = fitted.noise;
-    let mut terms = fitted.terms.clone();
-    let mut taken: Vec<usize> = Vec::new();
-    for _ in 0..ROUNDS_MAX {
-        let more = groups_worth_adding(&thinned, &terms, &pool, &taken, &noise);
-        if more.is_empty() {
-            break;
-        }
-        terms.extend(more.iter().map(|index| pool[*index].1.clone()));
-        taken.extend(more);
-        terms = refitted(&thinned, terms, &noise);
-        if prepared.noise.is_none() {
-            noise = fit_noise(prepared, &terms, noise, Search::Near);
-        }
-        if taken.len() >= GROUPS_MAX {
-            break;
-        }
-    }
-    let model = cross_validated_of(prepared, &thinned, &fitted.terms, &fitted.noise);
-    let mut reachable = cross_validated_of(prepared, &thinned, &terms, &noise);
     let track_width_m = prepared.robot.track_width_m;
-    if displacement_m(&reachable, track_width_m) >= displacement_m(&model, track_width_m) {
-        (terms, noise, reachable) = (fitted.terms.clone(), fitted.noise, model);
-        taken.clear();
+    let lower = |one: &Choice<'_>, other: &Choice<'_>| {
+        let of = |choice: &Choice<'_>| displacement_m(&choice.errors, track_width_m);
+        of(one) < of(other)
+    };
+    let choosing = Choosing { prepared, thinned: &thinned, pool: &pool };
+    let model = choosing.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
+    let mut best = choosing.with_groups_worth_adding(&model);
+    if !lower(&best, &model) {
+        best = model.clone();
     }
     for _ in 0..FALLS_MAX {
-        let Some(index) = lowers_tracks(&thinned, &terms, &pool, &taken, &noise) else { break };
-        terms.push(pool[index].1.clone());
-        taken.push(index);
-        terms = refitted(&thinned, terms, &noise);
-        reachable = cross_validated_of(prepared, &thinned, &terms, &noise);
+        let Some(index) = choosing.lowers_tracks(&best) else { break };
+        // With it in the model there is less noise, and more is seen.
+        let next = choosing.with_groups_worth_adding(&choosing.with(&best, &[index]));
+        if !lower(&next, &best) {
+            break;
+        }
+        best = next;
     }
-    let depends_on: Vec<Option<Regressor>> = taken.iter().map(|index| pool[*index].0).collect();
-    if depends_on.is_empty()
-        || displacement_m(&reachable, track_width_m) >= displacement_m(&model, track_width_m)
-    {
-        return Flexible { reachable: model, model, noise: fitted.noise, depends_on: Vec::new() };
+    Flexible {
+        reachable: best.errors,
+        model: model.errors,
+        noise: best.noise,
+        depends_on: best.taken.iter().map(|index| pool[*index].0).collect(),
     }
-    Flexible { reachable, model, noise, depends_on }
+}
+
+/// Terms with the groups that were taken up, by their places in the pool.
+#[derive(Clone)]
+struct Choice<'a> {
+    terms: Vec<Term<'a>>,
+    taken: Vec<usize>,
+    noise: OdometryNoise,
+    /// Cross-validated.
+    errors: Errors,
+}
+
+/// What the groups are chosen from, and by which runs.
+struct Choosing<'c, 'a> {
+    prepared: &'c Prepared,
+    thinned: &'c Prepared,
+    pool: &'c [(Option<Regressor>, Term<'a>)],
+}
+
+impl<'a> Choosing<'_, 'a> {
+    fn evaluated(
+        &self,
+        terms: Vec<Term<'a>>,
+        taken: Vec<usize>,
+        noise: OdometryNoise,
+    ) -> Choice<'a> {
+        let errors = cross_validated_of(self.prepared, self.thinned, &terms, &noise);
+        Choice { terms, taken, noise, errors }
+    }
+
+    /// The choice with these groups as well.
+    fn with(&self, choice: &Choice<'a>, more: &[usize]) -> Choice<'a> {
+        let (terms, noise) = self.fitted_with(&choice.terms, more, choice.noise);
+        self.evaluated(terms, [&choice.taken, more].concat(), noise)
+    }
+
+    /// These terms and groups at their best values, and the noise that they leave.
+    fn fitted_with(
+        &self,
+        terms: &[Term<'a>],
+        more: &[usize],
+        noise: OdometryNoise,
+    ) -> (Vec<Term<'a>>, OdometryNoise) {
+        let added = more.iter().map(|index| self.pool[*index].1.clone());
+        let terms = refitted(self.thinned, terms.iter().cloned().chain(added).collect(), &noise);
+        match self.prepared.noise {
+            Some(_) => (terms, noise),
+            None => {
+                let noise = fit_noise(self.prepared, &terms, noise, Search::Near);
+                (terms, noise)
+            }
+        }
+    }
+
+    /// The choice with all groups that are worth adding by (1), in a few rounds.
+    fn with_groups_worth_adding(&self, choice: &Choice<'a>) -> Choice<'a> {
+        let Choice { mut terms, mut taken, mut noise, .. } = choice.clone();
+        let before = taken.len();
+        for _ in 0..ROUNDS_MAX {
+            let more = groups_worth_adding(self.thinned, &terms, self.pool, &taken, &noise);
+            if more.is_empty() {
+                break;
+            }
+            (terms, noise) = self.fitted_with(&terms, &more, noise);
+            taken.extend(more);
+            if taken.len() >= GROUPS_MAX {
+                break;
+            }
+        }
+        if taken.len() == before { choice.clone() } else { self.evaluated(terms, taken, noise) }
+    }
+
+    /// The group that lowers displacements most by (2), if there is one.
+    fn lowers_tracks(&self, choice: &Choice<'a>) -> Option<usize> {
+        lowers_tracks(self.thinned, &choice.terms, self.pool, &choice.taken, &choice.noise)
+    }
 }
 
 fn zero(effect: &dyn Effect) -> Term<'_> {
@@ -266,11 +328,7 @@ fn lowers_tracks(
 
 /// chi^2 of each run, with these columns fitted to all other runs.
 pub(super) fn left_out(equations: &CampaignEquations, columns: &[usize]) -> Vec<f64> {
-    let each = equations.folds.iter().map(|fold| {
-        let others = EquationsWithout::new(&equations.total, vec![&fold.sums]);
-        let delta = equations.best(&others, columns);
-        fold.sums.chi_squared(columns, &delta)
-    });
+    let each = equations.folds.iter().map(|fold| equations.chi_squared_left_out(fold, columns));
     each.collect()
 }
 
@@ -306,95 +364,4 @@ fn cross_validated_of(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::effect::custom::Custom;
-    use crate::effect::definition::{Change, Facts, Memory, Parameter};
-    use crate::explain::{Answer, explain};
-    use crate::numeric::jet::{Jet, PARAMETERS_MAX};
-    use crate::recording::motion::Step;
-    use crate::tests::synthetic::{campaign, full_plan};
-
-    /// Tyres that give way sideways, late: dn = -k F dt, T dF/dt = v omega - F.
-    #[derive(Debug)]
-    struct LateTyres;
-
-    impl Effect for LateTyres {
-        fn facts(&self) -> Facts<'_> {
-            static FACTS: Facts<'static> = Facts {
-                id: "late_tyres",
-                parameters: &[Parameter::amplitude("k", "s", 1.0)],
-                ..Facts::DEFAULT
-            };
-            FACTS
-        }
-
-        fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
-            let force = step.speed_mps() * step.turn_rate_rad_s();
-            let before = memory.wheel.left.map_or(0.0, |jet| jet.value);
-            let after = before + (force - before) * step.dt_s / 0.4;
-            memory.wheel.left = Some(Jet::constant(after));
-            Change { sideways_m: p[0] * (-after * step.dt_s), ..Change::NONE }
-        }
-    }
-
-    fn answer_on(hidden: &[Term<'_>], seed: u64) -> Answer {
-        explain(&campaign(&full_plan(), hidden, seed)).unwrap()
-    }
-
-    fn mm(errors: &Errors) -> f64 {
-        1e3 * displacement_m(errors, 0.372)
-    }
-
-    /// What a sound robot of the same seed leaves, the answer's model, and the reachable error [mm].
-    fn compared(hidden: &[Term<'_>], seed: u64) -> (f64, f64, f64, Answer) {
-        let sound = mm(&answer_on(&[], seed).baseline.cross_validated);
-        let answer = answer_on(hidden, seed);
-        let last = answer.steps.last();
-        let model = last.map_or(answer.baseline.cross_validated, |step| step.cross_validated);
-        let steps: Vec<_> = answer
-            .steps
-            .iter()
-            .map(|step| {
-                format!("{} {:.2} {}", step.class.join("|"), 1e3 * step.effect_size_m, step.matters)
-            })
-            .collect();
-        println!(
-            "seed {seed}: sound {sound:.2}, nominal {:.2}, model {:.2}, floor {:.2}: {steps:?} {:?}",
-            mm(&answer.baseline.cross_validated),
-            mm(&model),
-            mm(&answer.reachable),
-            answer.unexplained.depends_on
-        );
-        (sound, mm(&model), mm(&answer.reachable), answer)
-    }
-
-    #[test]
-    fn tyres_that_answer_late_do_not_pass_for_noise() {
-        for seed in 0..4 {
-            let (sound, model, least, answer) =
-                compared(&[Term::new(&LateTyres, vec![0.08])], 60 + seed);
-            assert!(least < 1.15 * sound, "{least} of {sound}");
-            assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
-        }
-    }
-
-    #[test]
-    fn a_heading_that_turns_with_v_abs_v_does_not_pass_for_noise() {
-        let own = Custom::from_equation("dtheta = k * v * abs(v)").unwrap().build().unwrap();
-        for seed in 0..4 {
-            let (sound, model, least, answer) = compared(&[Term::new(&own, vec![0.12])], 70 + seed);
-            assert!(least < 1.15 * sound, "{least} of {sound}");
-            assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
-        }
-    }
-
-    #[test]
-    fn on_a_sound_robot_the_reachable_error_is_that_of_the_model() {
-        for seed in 0..4 {
-            let (sound, model, least, answer) = compared(&[], 80 + seed);
-            assert!(least > 0.97 * model && model <= sound, "{least} of {model}");
-            assert!(!answer.unexplained.structure);
-        }
-    }
-}
+mod tests;

@@ -1,0 +1,117 @@
+use super::*;
+use crate::effect::custom::Custom;
+use crate::effect::definition::{Change, Facts, Memory, Parameter};
+use crate::explain::{Answer, explain};
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::recording::campaign::Campaign;
+use crate::recording::motion::Step;
+use crate::tests::synthetic::{campaign, full_plan};
+
+/// Tyres that give way sideways, late: dn = -k F dt, T dF/dt = v omega - F.
+#[derive(Debug)]
+struct LateTyres;
+
+impl Effect for LateTyres {
+    fn facts(&self) -> Facts<'_> {
+        static FACTS: Facts<'static> = Facts {
+            id: "late_tyres",
+            parameters: &[Parameter::amplitude("k", "s", 1.0)],
+            ..Facts::DEFAULT
+        };
+        FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, memory: &mut Memory) -> Change {
+        let force = step.speed_mps() * step.turn_rate_rad_s();
+        let before = memory.wheel.left.map_or(0.0, |jet| jet.value);
+        let after = before + (force - before) * step.dt_s / 0.4;
+        memory.wheel.left = Some(Jet::constant(after));
+        Change { sideways_m: p[0] * (-after * step.dt_s), ..Change::NONE }
+    }
+}
+
+fn answer_on(hidden: &[Term<'_>], seed: u64) -> Answer {
+    explain(&campaign(&full_plan(), hidden, seed)).unwrap()
+}
+
+fn mm(errors: &Errors) -> f64 {
+    1e3 * displacement_m(errors, 0.372)
+}
+
+/// What a sound robot of the same seed leaves, the answer's model, and the reachable error [mm].
+fn compared(hidden: &[Term<'_>], seed: u64) -> (f64, f64, f64, Answer) {
+    let sound = mm(&answer_on(&[], seed).baseline.cross_validated);
+    let answer = answer_on(hidden, seed);
+    let last = answer.steps.last();
+    let model = last.map_or(answer.baseline.cross_validated, |step| step.cross_validated);
+    let steps: Vec<_> = answer
+        .steps
+        .iter()
+        .map(|step| {
+            format!("{} {:.2} {}", step.class.join("|"), 1e3 * step.effect_size_m, step.matters)
+        })
+        .collect();
+    println!(
+        "seed {seed}: sound {sound:.2}, nominal {:.2}, model {:.2}, floor {:.2}: {steps:?} {:?}",
+        mm(&answer.baseline.cross_validated),
+        mm(&model),
+        mm(&answer.reachable),
+        answer.unexplained.depends_on
+    );
+    (sound, mm(&model), mm(&answer.reachable), answer)
+}
+
+#[test]
+fn tyres_that_answer_late_do_not_pass_for_noise() {
+    for seed in 0..4 {
+        let (sound, model, least, answer) =
+            compared(&[Term::new(&LateTyres, vec![0.08])], 60 + seed);
+        assert!(least < 1.15 * sound, "{least} of {sound}");
+        assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
+    }
+}
+
+#[test]
+fn a_heading_that_turns_with_v_abs_v_does_not_pass_for_noise() {
+    let own = Custom::from_equation("dtheta = k * v * abs(v)").unwrap().build().unwrap();
+    for seed in 0..4 {
+        let (sound, model, least, answer) = compared(&[Term::new(&own, vec![0.12])], 70 + seed);
+        assert!(least < 1.15 * sound, "{least} of {sound}");
+        assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
+    }
+}
+
+/// A camera whose lens bends what lies far from its middle.
+fn seen_through_a_lens(mut campaign: Campaign) -> Campaign {
+    for pose in campaign.runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+        pose.position_m = pose.position_m.map(|[x_m, y_m]| {
+            let (from_x_m, from_y_m) = (x_m - 0.3, y_m + 0.2);
+            let bent = 0.003 * (from_x_m * from_x_m + from_y_m * from_y_m);
+            [x_m + bent * from_x_m, y_m + bent * from_y_m]
+        });
+    }
+    campaign
+}
+
+#[test]
+fn a_lens_that_bends_the_floor_does_not_pass_for_noise() {
+    for seed in 0..2 {
+        let sound = campaign(&full_plan(), &[], 90 + seed);
+        let noise = mm(&explain(&sound).unwrap().baseline.cross_validated);
+        let answer = explain(&seen_through_a_lens(sound)).unwrap();
+        let (before, least) = (mm(&answer.baseline.cross_validated), mm(&answer.reachable));
+        println!("{before} {least} {noise}");
+        assert!(before > 2.0 * noise, "{before} of {noise}");
+        assert!(least < 1.15 * noise, "{least} of {noise}");
+        assert!(answer.unexplained.depends_on.contains(&Regressor::Place), "{answer:?}");
+    }
+}
+
+#[test]
+fn on_a_sound_robot_the_reachable_error_is_that_of_the_model() {
+    for seed in 0..4 {
+        let (sound, model, least, answer) = compared(&[], 80 + seed);
+        assert!(least > 0.97 * model && model <= sound, "{least} of {model}");
+        assert!(!answer.unexplained.structure);
+    }
+}

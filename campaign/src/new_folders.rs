@@ -4,6 +4,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::file::sync_folder;
+
 /// Folders that were made, removed with this value where they are still empty.
 #[derive(Debug, Default)]
 pub struct NewFolders {
@@ -19,6 +21,8 @@ impl NewFolders {
         // Before anything is made: what an error leaves is removed as well.
         let made = Self { made };
         fs::create_dir_all(folder)?;
+        // A new folder survives a power failure if the one around it has been synced.
+        made.made.iter().try_for_each(|folder| sync_folder(folder))?;
         Ok(made)
     }
 }

@@ -62,7 +62,7 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
         let due: Vec<Telemetry> = session
             .take_telemetry()
             .filter(|frame| {
-                let is_due = frame.t_us >= shown_us + every_us;
+                let is_due = frame.t_us >= shown_us.saturating_add(every_us);
                 shown_us = if is_due { frame.t_us } else { shown_us };
                 is_due
             })

@@ -14,19 +14,7 @@ use campaign::model::ModelFile;
 use campaign::new_folders::NewFolders;
 
 pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
-    let needs = match args.to {
-        ExportFormat::Tum => Some("a folder: two files a run go into it"),
-        ExportFormat::Mcap => Some("a file: a bag is no text"),
-        _ => None,
-    };
-    let output = args.output.as_deref().filter(|file| file.as_os_str() != "-");
-    if let (None, Some(what)) = (output, needs) {
-        return Err(Error::new("no place to write to").hint(format_args!("give -o {what}")));
-    }
-    if common.json && output.is_none() && args.to != ExportFormat::Json {
-        return Err(Error::new("what this format prints is no JSON")
-            .hint("--to json prints the numbers as JSON; -o FILE writes the file"));
-    }
+    let output = output(common, args)?;
     let (read, campaign) = read(&args.campaign)?;
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let target = match args.to {
@@ -89,6 +77,24 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
             Ok(())
         }
     }
+}
+
+/// The file or folder to write; none if the text goes to standard output.
+fn output<'a>(common: &Common, args: &'a ExportArgs) -> Result<Option<&'a Path>> {
+    let needs = match args.to {
+        ExportFormat::Tum => Some("a folder: two files a run go into it"),
+        ExportFormat::Mcap => Some("a file: a bag is no text"),
+        _ => None,
+    };
+    let output = args.output.as_deref().filter(|file| file.as_os_str() != "-");
+    if let (None, Some(what)) = (output, needs) {
+        return Err(Error::new("no place to write to").hint(format_args!("give -o {what}")));
+    }
+    if common.json && output.is_none() && args.to != ExportFormat::Json {
+        return Err(Error::new("what this format prints is no JSON")
+            .hint("--to json prints the numbers as JSON; -o FILE writes the file"));
+    }
+    Ok(output)
 }
 
 fn with_telemetry(mut all: Vec<Trajectory>, runs: &[campaign::Run]) -> Vec<Trajectory> {

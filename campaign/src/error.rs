@@ -4,6 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::bounded_text::{QUOTED_MAX, bounded, shortened};
 use crate::os_error::without_os_numbers;
 use crate::simulated::Simulated;
 
@@ -65,7 +66,9 @@ pub struct CampaignError {
 impl CampaignError {
     /// A problem, and what to try.
     pub fn new(place: Place, problem: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self { place, problem: problem.into(), hint: hint.into(), cause: None }
+        let (problem, hint): (String, String) = (problem.into(), hint.into());
+        let problem = bounded(&problem, &[]).into_owned();
+        Self { place, problem, hint: bounded(&hint, &[]).into_owned(), cause: None }
     }
 
     /// What the system refused to do with a file.
@@ -233,6 +236,7 @@ impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownColumn { place, name } => {
+                let name = shortened(name, QUOTED_MAX);
                 write!(f, "{place}: the column `{name}` is unknown and was ignored")
             }
             Self::Clock { place, rate_rad_s, per_s } => clock(f, place, *rate_rad_s, *per_s),

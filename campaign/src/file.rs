@@ -2,7 +2,6 @@
 //!
 //! A device or a pipe is written in place: it stays a device or a pipe.
 
-use std::cell::Cell;
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
@@ -11,6 +10,7 @@ use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
+use crate::disk::{Disk, SystemDisk, of_writing};
 use crate::os_error::without_os_numbers;
 
 /// How many links are followed one after the other; operating systems follow 40.
@@ -32,7 +32,7 @@ pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
         if is_special(file) {
             return write_in_place(file, bytes);
         }
-        replace(&target(file), bytes)
+        replace(&SystemDisk, &target(file), bytes)
     };
     write().map_err(WriteError)
 }
@@ -40,9 +40,14 @@ pub fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
 /// Writes a file of a campaign folder, whole or not at all. A link is refused: who made the folder
 /// may have linked to a file that is no part of it.
 pub fn write_own(file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+    write_own_on(&SystemDisk, file, bytes)
+}
+
+/// The same, on this disk.
+pub(crate) fn write_own_on(disk: &dyn Disk, file: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     match fs::symlink_metadata(file) {
         Ok(there) if !there.is_file() => Err(WriteError(not_own(&there))),
-        _ => replace(file, bytes).map_err(WriteError),
+        _ => replace(disk, file, bytes).map_err(WriteError),
     }
 }
 
@@ -59,13 +64,13 @@ fn not_own(there: &fs::Metadata) -> io::Error {
     io::Error::new(ErrorKind::InvalidInput, format!("it is {what}"))
 }
 
-fn replace(file: &Path, bytes: &[u8]) -> io::Result<()> {
-    with_bytes(file, bytes, READABLE)?.persist(file)?;
+fn replace(disk: &dyn Disk, file: &Path, bytes: &[u8]) -> io::Result<()> {
+    with_bytes(disk, file, bytes, READABLE)?.persist(file)?;
     sync_folder(file)
 }
 
-/// Makes a rename survive a power failure: the folder's list of names is synced as well.
-fn sync_folder(file: &Path) -> io::Result<()> {
+/// Makes a new name survive a power failure: the list of names of its folder is synced as well.
+pub(crate) fn sync_folder(file: &Path) -> io::Result<()> {
     // Elsewhere a folder cannot be opened.
     if cfg!(unix) {
         match File::open(folder_of(file)).and_then(|folder| folder.sync_all()) {
@@ -87,7 +92,7 @@ pub fn is_special(file: &Path) -> bool {
 
 fn write_in_place(file: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut there = OpenOptions::new().write(true).open(file)?;
-    there.write_all(bytes)?;
+    there.write_all(bytes).map_err(of_writing)?;
     match there.sync_all() {
         // A pipe or a device without storage has nothing to sync.
         Err(error) if matches!(error.kind(), ErrorKind::InvalidInput | ErrorKind::Unsupported) => {
@@ -99,16 +104,21 @@ fn write_in_place(file: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Writes a file that must not exist yet, whole or not at all; false if it exists.
 pub fn write_new(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
-    write_new_as(file, bytes, READABLE)
+    write_new_on(&SystemDisk, file, bytes)
+}
+
+/// The same, on this disk.
+pub(crate) fn write_new_on(disk: &dyn Disk, file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
+    write_new_as(disk, file, bytes, READABLE)
 }
 
 /// The same, of a file that only its owner may read.
 pub fn write_new_private(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
-    write_new_as(file, bytes, PRIVATE)
+    write_new_as(&SystemDisk, file, bytes, PRIVATE)
 }
 
-fn write_new_as(file: &Path, bytes: &[u8], mode: u32) -> Result<bool, WriteError> {
-    let written = with_bytes(file, bytes, mode).map_err(WriteError)?;
+fn write_new_as(disk: &dyn Disk, file: &Path, bytes: &[u8], mode: u32) -> Result<bool, WriteError> {
+    let written = with_bytes(disk, file, bytes, mode).map_err(WriteError)?;
     match written.persist_noclobber(file) {
         Ok(_) => sync_folder(file).map(|()| true).map_err(WriteError),
         Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
@@ -132,26 +142,10 @@ pub fn target(file: &Path) -> PathBuf {
 }
 
 /// A temporary file beside `file` with these bytes, synced to the disk before it is renamed.
-fn with_bytes(file: &Path, bytes: &[u8], mode: u32) -> io::Result<NamedTempFile> {
+fn with_bytes(disk: &dyn Disk, file: &Path, bytes: &[u8], mode: u32) -> io::Result<NamedTempFile> {
     let mut beside = beside(file, mode)?;
-    let room = DISK_ROOM.get();
-    if bytes.len() > room {
-        beside.write_all(&bytes[..room])?;
-        return Err(ErrorKind::StorageFull.into());
-    }
-    DISK_ROOM.set(room - bytes.len());
-    beside.write_all(bytes)?;
-    beside.as_file().sync_all()?;
+    disk.keep(beside.as_file_mut(), bytes)?;
     Ok(beside)
-}
-
-thread_local! {
-    static DISK_ROOM: Cell<usize> = const { Cell::new(usize::MAX) };
-}
-
-/// For tests: this thread finds the disk full after so many bytes.
-pub fn set_disk_room(bytes: usize) {
-    DISK_ROOM.set(bytes);
 }
 
 /// Permissions of a file: as any other, and for its owner alone.
@@ -227,8 +221,9 @@ impl WriteError {
 /// What to try about an error of the system, if that is clear.
 pub(crate) fn hint(kind: ErrorKind) -> Option<&'static str> {
     Some(match kind {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "make room on the disk; nothing was changed"
+        ErrorKind::StorageFull => "make room on the disk; the file was not changed",
+        ErrorKind::QuotaExceeded => {
+            "raise the limit (a quota of the disk, `ulimit -f`), or choose another disk; the file was not changed"
         }
         ErrorKind::ReadOnlyFilesystem => "the disk is read-only: choose a folder on another",
         ErrorKind::PermissionDenied => "check who may read and write there",
@@ -346,7 +341,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn a_full_disk_is_said_to_be_full() {
         let error = write_whole(Path::new("/dev/full"), b"bytes").unwrap_err();
-        assert_eq!(error.hint("else"), "make room on the disk; nothing was changed");
+        assert_eq!(error.hint("else"), "make room on the disk; the file was not changed");
         let told = crate::CampaignError::io(Path::new("robot.toml"), "write it", error.into());
         assert!(told.hint.contains("make room on the disk"), "{told}");
     }

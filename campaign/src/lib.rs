@@ -39,17 +39,21 @@
 //! | [`lock`] | one writer at a time |
 //! | [`simulated`] | which simulated robot a campaign was recorded on |
 //! | [`error`], [`os_error`] | errors and warnings; the operating system's, for a user |
-//! | [`bounded_read`] | what is read: files only, of a size in proportion |
-//! | [`mod@file`] | files that appear whole or not at all |
+//! | [`bounded_read`], [`bounded_text`] | what is read: files only, of a size in proportion; and how much of it is quoted |
+//! | [`mod@file`], [`disk`] | files that appear whole or not at all; what keeps their bytes |
+//! | [`new_folders`] | folders made for files to come |
 
 pub mod bounded_read;
+pub mod bounded_text;
 mod checks;
+pub mod disk;
 mod duplicate_runs;
 pub mod error;
 pub mod file;
 pub mod live_file;
 pub mod lock;
 pub mod model;
+pub mod new_folders;
 pub mod os_error;
 pub mod plan;
 pub mod range;

@@ -7,6 +7,7 @@ use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
+use crate::disk::of_writing;
 use crate::error::{CampaignError, Place};
 use crate::file::remove_leftovers;
 
@@ -43,8 +44,10 @@ impl FolderLock {
             }
             let lock = Self { file, path: path.clone() };
             lock.sign().map_err(cannot)?;
-            for folder in [folder, &folder.join("runs")] {
-                remove_leftovers(folder);
+            let runs = folder.join("runs");
+            remove_leftovers(folder);
+            if !runs.is_symlink() {
+                remove_leftovers(&runs);
             }
             return Ok(lock);
         }
@@ -52,7 +55,7 @@ impl FolderLock {
 
     fn sign(&self) -> io::Result<()> {
         self.file.set_len(0)?;
-        (&self.file).write_all(owner().as_bytes())
+        (&self.file).write_all(owner().as_bytes()).map_err(of_writing)
     }
 }
 

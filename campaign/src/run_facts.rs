@@ -10,23 +10,28 @@
 use std::path::Path;
 
 use crate::bounded_read;
+use crate::disk::Disk;
 use crate::error::{CampaignError, Place};
-use crate::file::write_own;
+use crate::file::write_own_on;
 use crate::robot_toml::{RobotFile, RunFacts, start_of_run};
 
 /// Adds the facts of a run whose file does not exist yet. The text before them stays as people wrote it.
-pub(crate) fn announce(toml: &Path, facts: &RunFacts) -> Result<(), CampaignError> {
+pub(crate) fn announce(
+    disk: &dyn Disk,
+    toml: &Path,
+    facts: &RunFacts,
+) -> Result<(), CampaignError> {
     let text = with_facts(toml, &RunFacts { pending: true, ..facts.clone() })?;
-    write(toml, &text)
+    write(disk, toml, &text)
 }
 
 /// Adds the facts of a run whose file exists.
-pub(crate) fn add(toml: &Path, facts: &RunFacts) -> Result<(), CampaignError> {
-    write(toml, &with_facts(toml, facts)?)
+pub(crate) fn add(disk: &dyn Disk, toml: &Path, facts: &RunFacts) -> Result<(), CampaignError> {
+    write(disk, toml, &with_facts(toml, facts)?)
 }
 
 /// Removes `pending` from entries whose run is there, and entries whose run never came.
-pub(crate) fn resolve_pending(folder: &Path) -> Result<(), CampaignError> {
+pub(crate) fn resolve_pending(disk: &dyn Disk, folder: &Path) -> Result<(), CampaignError> {
     let toml = folder.join("robot.toml");
     let mut robot = RobotFile::read(&toml)?;
     if robot.runs.iter().all(|facts| !facts.pending) {
@@ -53,7 +58,7 @@ pub(crate) fn resolve_pending(folder: &Path) -> Result<(), CampaignError> {
     }
     // Somebody may have written the entries in another form: what cannot be edited as text stays.
     if RobotFile::parse(&toml, &text).is_ok_and(|edited| edited == robot) {
-        write(&toml, &text)?;
+        write(disk, &toml, &text)?;
     }
     Ok(())
 }
@@ -97,8 +102,8 @@ fn read(toml: &Path) -> Result<String, CampaignError> {
     bounded_read::read_keys(toml).map_err(|error| CampaignError::io(toml, "read it", error))
 }
 
-fn write(toml: &Path, text: &str) -> Result<(), CampaignError> {
-    write_own(toml, text.as_bytes())
+fn write(disk: &dyn Disk, toml: &Path, text: &str) -> Result<(), CampaignError> {
+    write_own_on(disk, toml, text.as_bytes())
         .map_err(|error| CampaignError::io(toml, "write it", error.into()))
 }
 

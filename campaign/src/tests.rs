@@ -112,7 +112,7 @@ fn an_abandoned_run_leaves_nothing_behind() {
     // Not even while it is written: a program that is killed cannot remove anything.
     assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
     drop(run);
-    assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
+    assert!(!folder.path().join("runs").exists());
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn a_run_whose_facts_cannot_be_written_is_not_there() {
     let facts = RunFacts { payload_kg: Some(2.0), ..RunFacts::default() };
     let error = run.finish(facts).unwrap_err().to_string();
     assert!(error.contains("cannot be added"), "{error}");
-    assert_eq!(fs::read_dir(folder.path().join("runs")).unwrap().count(), 0);
+    assert!(!folder.path().join("runs").exists());
 }
 
 #[test]

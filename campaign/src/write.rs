@@ -2,15 +2,16 @@
 //!
 //! How a file appears whole is left to [`crate::file`], how a run and its facts appear together to `run_facts`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::read::run_files;
 use super::{CampaignError, Column, Place, RobotFile, Row, RunFacts, Warning};
 use crate::bounded_read;
-use crate::file::{WriteError, check_own, check_writable, write_new, write_own};
+use crate::disk::{Disk, SystemDisk};
+use crate::file::{WriteError, check_own, check_writable, write_new_on, write_own_on};
 use crate::lock::FolderLock;
+use crate::new_folders::NewFolders;
 use crate::range;
 use crate::run_facts;
 
@@ -22,6 +23,7 @@ const NAME_MAX: usize = 100;
 pub struct CampaignWriter {
     folder: PathBuf,
     robot: RobotFile,
+    disk: Arc<dyn Disk>,
     lock: Arc<FolderLock>,
 }
 
@@ -30,26 +32,39 @@ impl CampaignWriter {
     ///
     /// An existing `robot.toml` stays as it is; that of another robot is refused.
     pub fn open(folder: &Path, robot: &RobotFile) -> Result<Self, CampaignError> {
+        Self::open_on(Arc::new(SystemDisk), folder, robot)
+    }
+
+    /// The same, on this disk.
+    pub fn open_on(
+        disk: Arc<dyn Disk>,
+        folder: &Path,
+        robot: &RobotFile,
+    ) -> Result<Self, CampaignError> {
         let toml = folder.join("robot.toml");
         let mut new = String::new();
+        // Before the lock: its file goes before the folder does, if that stays empty.
+        let mut made = NewFolders::default();
         if !toml.exists() {
+            refuse_to_lose_facts(folder, &toml)?;
             new = toml::to_string(robot).map_err(|error| {
                 let hint = "check the robot's name and numbers";
                 CampaignError::new(Place::whole(&toml), format!("cannot write it: {error}"), hint)
             })?;
             robot.check(&toml, &new)?;
-            fs::create_dir_all(folder)
+            made = NewFolders::make(folder)
                 .map_err(|error| CampaignError::io(folder, "make this folder", error))?;
         }
         let lock = FolderLock::take(folder)?;
         // Asked again: before the lock was ours, another process may have made it, and recorded.
         let robot = if toml.exists() {
-            existing(folder, robot)?
+            existing(&*disk, folder, robot)?
         } else {
-            write_own(&toml, new.as_bytes()).map_err(|error| unwritten(&toml, error))?;
+            write_own_on(&*disk, &toml, new.as_bytes()).map_err(|error| unwritten(&toml, error))?;
             robot.clone()
         };
-        Ok(Self { folder: folder.into(), robot, lock: Arc::new(lock) })
+        drop(made);
+        Ok(Self { folder: folder.into(), robot, disk, lock: Arc::new(lock) })
     }
 
     /// The nominal robot of this folder.
@@ -89,7 +104,8 @@ impl CampaignWriter {
                 .map_err(|error| CampaignError::io(&toml, "read it", error))?;
             let text = before_sections(&text, &lines);
             RobotFile::parse(&toml, &text)?;
-            write_own(&toml, text.as_bytes()).map_err(|error| unwritten(&toml, error))?;
+            write_own_on(&*self.disk, &toml, text.as_bytes())
+                .map_err(|error| unwritten(&toml, error))?;
         }
         Ok(warnings)
     }
@@ -100,7 +116,7 @@ impl CampaignWriter {
         if RobotFile::read(&toml)?.runs.iter().any(|entry| entry.name == run) {
             return Ok(false);
         }
-        run_facts::add(&toml, &RunFacts { name: run.into(), ..facts.clone() })?;
+        run_facts::add(&*self.disk, &toml, &RunFacts { name: run.into(), ..facts.clone() })?;
         Ok(true)
     }
 
@@ -120,8 +136,9 @@ impl CampaignWriter {
             let hint = format!("use at most {NAME_MAX}");
             return Err(CampaignError::new(Place::whole(&runs), problem, hint));
         }
-        fs::create_dir_all(&runs)
+        let made = NewFolders::make(&runs)
             .map_err(|error| CampaignError::io(&runs, "make this folder", error))?;
+        refuse_link(&runs)?;
         let columns: Vec<_> = Column::ALL
             .into_iter()
             .filter(|column| columns.contains(column) || Column::REQUIRED.contains(column))
@@ -135,7 +152,9 @@ impl CampaignWriter {
         let text = header.join(",") + "\n";
         Ok(RunWriter {
             folder: self.folder.clone(),
+            disk: self.disk.clone(),
             _lock: self.lock.clone(),
+            _made: made,
             name: name.into(),
             columns,
             text,
@@ -150,7 +169,9 @@ impl CampaignWriter {
 #[derive(Debug)]
 pub struct RunWriter {
     folder: PathBuf,
+    disk: Arc<dyn Disk>,
     _lock: Arc<FolderLock>,
+    _made: NewFolders,
     name: String,
     columns: Vec<Column>,
     text: String,
@@ -199,6 +220,8 @@ impl RunWriter {
             let hint = "record for longer; nothing was written";
             return Err(CampaignError::new(Place::whole(&runs), problem, hint));
         }
+        refuse_link(&runs)?;
+        let (disk, folder) = (&*self.disk, &self.folder);
         let mut number = next_number(&self.folder)?;
         loop {
             let name = format!("{number:02}_{}", self.name);
@@ -206,11 +229,11 @@ impl RunWriter {
             let facts = RunFacts { name: name.clone(), ..facts.clone() };
             let has_facts = facts != RunFacts { name, ..RunFacts::default() };
             if has_facts {
-                run_facts::announce(&self.folder.join("robot.toml"), &facts)?;
+                run_facts::announce(disk, &folder.join("robot.toml"), &facts)?;
             }
-            let written = write_new(&path, self.text.as_bytes());
+            let written = write_new_on(disk, &path, self.text.as_bytes());
             // The run stands or falls with its file. An entry that stays pending is settled by the next writer.
-            let settled = if has_facts { run_facts::resolve_pending(&self.folder) } else { Ok(()) };
+            let settled = if has_facts { run_facts::resolve_pending(disk, folder) } else { Ok(()) };
             match written.map_err(|error| unwritten(&path, error))? {
                 true => return Ok(path),
                 // A program that does not know the lock has recorded into this folder meanwhile.
@@ -249,7 +272,7 @@ fn before_sections(text: &str, lines: &str) -> String {
 }
 
 /// The robot of a folder that has one, with its facts settled; refused if it is another robot.
-fn existing(folder: &Path, robot: &RobotFile) -> Result<RobotFile, CampaignError> {
+fn existing(disk: &dyn Disk, folder: &Path, robot: &RobotFile) -> Result<RobotFile, CampaignError> {
     let toml = folder.join("robot.toml");
     let there = RobotFile::read(&toml)?;
     if let Some((name, there, here)) = there.difference(robot) {
@@ -260,8 +283,32 @@ fn existing(folder: &Path, robot: &RobotFile) -> Result<RobotFile, CampaignError
     // Whether facts can be added must be known before a run is driven.
     let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
     run_facts::with_facts(&toml, &facts)?;
-    run_facts::resolve_pending(folder)?;
+    run_facts::resolve_pending(disk, folder)?;
     Ok(RobotFile { runs: RobotFile::read(&toml)?.runs, ..there })
+}
+
+/// A folder that has runs and no `robot.toml` has lost what that said of them. With a new one in its place nobody would notice.
+fn refuse_to_lose_facts(folder: &Path, toml: &Path) -> Result<(), CampaignError> {
+    let runs = run_files(folder)?.files.len();
+    if runs == 0 {
+        return Ok(());
+    }
+    let problem = format!(
+        "it is missing, and with it what it said of the {runs} run{} in this folder: start, load, held out",
+        if runs == 1 { "" } else { "s" }
+    );
+    let hint = "put it back, or write a new one; or choose another folder";
+    Err(CampaignError::new(Place::whole(toml), problem, hint))
+}
+
+/// Who made the folder may have linked its runs to a folder that is no part of it.
+fn refuse_link(runs: &Path) -> Result<(), CampaignError> {
+    if !runs.is_symlink() {
+        return Ok(());
+    }
+    let hint = "replace it by a folder, or choose another folder for the campaign";
+    let problem = "cannot write into this folder (it is a link)";
+    Err(CampaignError::new(Place::whole(runs), problem, hint))
 }
 
 fn unwritten(path: &Path, error: WriteError) -> CampaignError {

@@ -11,6 +11,8 @@ use host_link::key_file::KeyFileProblem;
 use host_link::session::LEASE;
 use shared_proto::{FaultReport, MotionError, Refusal, State};
 
+use crate::escape::shell_path;
+
 /// What to try after an error of the link.
 pub fn on_link(error: &Error) -> Option<String> {
     let advice = match error {
@@ -74,11 +76,14 @@ pub fn on_link(error: &Error) -> Option<String> {
 }
 
 fn on_key_file(problem: &KeyFileProblem, path: &Path) -> String {
-    let file = path.display();
+    let file = shell_path(path);
     match problem {
         KeyFileProblem::Shared(_) => {
             format!("chmod 600 {file}; if somebody has read it, make another key")
         }
+        KeyFileProblem::OfAnother(_) => format!(
+            "give the command as that user, or make the file your own: sudo chown $(id -u) {file}"
+        ),
         _ => "`beeline key new FILE` makes the file of a key".into(),
     }
 }

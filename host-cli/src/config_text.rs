@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use campaign::Place;
 use shared_proto::{AtFault, Config, ConfigError, Driver};
 use toml::Value;
+use toml::de::{DeTable, DeValue};
 
 use crate::error::{Context, Error, Result};
 
@@ -13,23 +15,47 @@ use crate::error::{Context, Error, Result};
 /// If it is no TOML, lacks a field or has one too many, or a value is out of its range.
 pub fn parse(file: &Path, text: &str) -> Result<Config> {
     let config: Config = toml::from_str(text).map_err(|error| {
-        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|c| *c != '\n').count() + 1;
+        let place = Place::of_byte(file, text, error.span().map_or(0, |span| span.start));
         let problem = error.message().replace('\n', " ");
-        Error::new(format_args!("{}:{line}:{column}: {problem}", file.display()))
+        Error::new(format_args!("{place}: {problem}"))
             .hint("`beeline config export` writes a file with every field")
     })?;
-    config
-        .validate()
-        .map_err(|error| out_of_range(format_args!("{}: {error}", file.display()), &error))?;
+    config.validate().map_err(|error| {
+        let place = place_of(file, text, field_of(&error));
+        out_of_range(format_args!("{place}: {error}"), &error)
+    })?;
     if config.name.as_str().chars().any(char::is_control) {
-        let (file, name) = (file.display(), config.name.as_str());
-        return Err(Error::new(format_args!(
-            "{file}: name = {name:?}: must not hold control characters"
-        )));
+        let (place, name) = (place_of(file, text, "name"), config.name.as_str());
+        let problem = format_args!("{place}: name = {name:?}: must not hold control characters");
+        return Err(Error::new(problem).hint("a name has letters, digits, spaces and signs"));
     }
     Ok(config)
+}
+
+/// The field that an error is about, or the first of several.
+fn field_of(error: &ConfigError) -> &'static str {
+    match error {
+        ConfigError::OutOfRange { field, .. } => {
+            Config::FIELDS.get(usize::from(*field)).map_or("", |field| field.path)
+        }
+        ConfigError::DistancePerCount { .. } => "geometry.wheel_radius_m",
+        ConfigError::PwmFrequency { .. } => "driver.pwm_hz",
+        ConfigError::AtFault { .. } => "driver.at_fault",
+    }
+}
+
+/// Where a file has the field of this name, or the innermost table on the way to it.
+fn place_of(file: &Path, text: &str, field: &str) -> Place {
+    let mut found = Place::whole(file);
+    let Ok(document) = DeTable::parse(text) else { return found };
+    let mut table = document.get_ref();
+    for name in field.split('.') {
+        let Some(value) = table.get(name) else { break };
+        found = Place::of_byte(file, text, value.span().start);
+        let DeValue::Table(inner) = value.get_ref() else { break };
+        table = inner;
+    }
+    found
 }
 
 fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {

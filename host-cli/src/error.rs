@@ -5,6 +5,7 @@
 use std::fmt;
 
 use campaign::CampaignError;
+use campaign::bounded_text::bounded;
 use campaign::os_error::without_os_numbers;
 use campaign::plan::PlanError;
 use sim_link::ServeError;
@@ -38,9 +39,10 @@ enum Kind {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// The command could not run. Errors of the system that the text names lose their numbers.
+    /// The command could not run. Errors of the system that the text names lose their numbers, and quotations their length.
     pub fn new(what: impl fmt::Display) -> Self {
         let what = without_os_numbers(&what.to_string());
+        let what = bounded(&what, &[]).into_owned();
         Self { what, hint: None, kind: Kind::CouldNotRun, details: None }
     }
 
@@ -61,7 +63,7 @@ impl Error {
 
     /// Adds what to try.
     pub fn hint(mut self, hint: impl fmt::Display) -> Self {
-        self.hint = Some(hint.to_string());
+        self.hint = Some(bounded(&hint.to_string(), &[]).into_owned());
         self
     }
 
@@ -127,6 +129,8 @@ impl From<clap::Error> for Error {
                 .join(" ")
         });
         let what = blocks.next().unwrap_or_default();
+        // Clap quotes by them, and has no apostrophes.
+        let what = bounded(&what, &['\'']);
         let tip = blocks.find_map(|block| block.strip_prefix("tip: ").map(str::to_owned));
         Error::new(what.strip_prefix("error: ").unwrap_or(&what))
             .hint(tip.as_deref().unwrap_or("`beeline --help`"))
@@ -142,8 +146,8 @@ impl From<CampaignError> for Error {
 
 impl From<ScenarioError> for Error {
     fn from(error: ScenarioError) -> Self {
-        let place =
-            error.place.map(|(line, column)| format!(":{line}:{column}")).unwrap_or_default();
+        let place = error.place.map(|(line, column)| format!(", line {line}, column {column}"));
+        let place = place.unwrap_or_default();
         Error::new(format_args!("{}{place}: {}", error.origin, error.problem)).hint(error.hint)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use campaign::bounded_text::MESSAGE_MAX;
 use clap::Parser;
 use host_cli::cli::Cli;
 use host_cli::error::Error;
@@ -13,6 +14,10 @@ fn main() -> ExitCode {
         // With --json these errors are JSON too; help stays text.
         Err(error) if error.use_stderr() && std::env::args_os().any(|arg| arg == "--json") => {
             return fail(&Error::from(error), true);
+        }
+        // An argument that nobody would read.
+        Err(error) if error.use_stderr() && error.to_string().len() > MESSAGE_MAX => {
+            return fail(&Error::from(error), false);
         }
         Err(error) => error.exit(),
     };

@@ -11,6 +11,8 @@ use std::time::Duration;
 use anstyle::{AnsiColor, Style};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use campaign::bounded_text::bounded;
+
 use crate::error::{Error, Result};
 use crate::escape::{self, style_mark};
 use crate::interrupt;
@@ -124,7 +126,8 @@ pub fn tell(json: bool, value: serde_json::Value, line: impl Display) {
 
 /// Prints a warning.
 pub fn warn(line: impl Display) {
-    note(format_args!("{} {line}", paint(WARN, "warning:")));
+    let line = line.to_string();
+    note(format_args!("{} {}", paint(WARN, "warning:"), bounded(&line, &[])));
 }
 
 /// Begins a line below an error's own, as of an equation with the place of a mistake. A text from outside that has it

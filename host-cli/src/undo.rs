@@ -119,7 +119,7 @@ pub fn check<T: Restorable>(folder: &Path, identity: &Identity) -> Result<()> {
             "cannot keep the old values for --undo in {}: {error}",
             folder.display()
         ))
-        .hint("set XDG_STATE_HOME to a folder that you may write")
+        .hint(error.hint("set XDG_STATE_HOME to a folder that you may write"))
     })
 }
 

@@ -12,7 +12,7 @@ pub use crate::key_file_problem::KeyFileProblem;
 /// No key's file is longer \[bytes\].
 const BYTES_MAX: u64 = 64;
 
-/// Reads a key. On Unix, nobody but the file's owner may have access to it.
+/// Reads a key. On Unix, the file must be this user's, and nobody else may have access to it.
 pub fn read(path: &Path) -> Result<Key> {
     read_checked(path).map_err(|problem| failed(path, problem))
 }
@@ -48,20 +48,30 @@ fn read_checked(path: &Path) -> std::result::Result<Key, KeyFileProblem> {
         return Err(KeyFileProblem::NotAFile);
     }
     let file = File::open(path).map_err(KeyFileProblem::Unreadable)?;
+    // Of what was opened, not of what has the name now.
     #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        // Of what was opened, not of what has the name now.
-        let mode = file.metadata().map_err(KeyFileProblem::Unreadable)?.permissions().mode();
-        if mode & 0o077 != 0 {
-            return Err(KeyFileProblem::Shared(mode & 0o777));
-        }
-    }
+    check_owner(
+        &file.metadata().map_err(KeyFileProblem::Unreadable)?,
+        rustix::process::geteuid().as_raw(),
+    )?;
     let mut text = String::new();
     match file.take(BYTES_MAX).read_to_string(&mut text) {
         Ok(_) => Key::from_hex(text.trim_ascii_end()).ok_or(KeyFileProblem::NotAKey),
         Err(error) if error.kind() == io::ErrorKind::InvalidData => Err(KeyFileProblem::NotAKey),
         Err(error) => Err(KeyFileProblem::Unreadable(error)),
+    }
+}
+
+/// Only this user has access: whoever else knows the key, or can change it, may drive the robot.
+#[cfg(unix)]
+fn check_owner(file: &std::fs::Metadata, user: u32) -> std::result::Result<(), KeyFileProblem> {
+    use std::os::unix::fs::MetadataExt;
+    if file.uid() != user {
+        return Err(KeyFileProblem::OfAnother(file.uid()));
+    }
+    match file.mode() & 0o777 {
+        mode if mode & 0o077 != 0 => Err(KeyFileProblem::Shared(mode)),
+        _ => Ok(()),
     }
 }
 
@@ -89,6 +99,21 @@ mod tests {
         assert_eq!(read(&path).unwrap(), key);
         assert_ne!(random().unwrap(), key);
         assert!(!format!("{key:?}").contains(|c: char| c.is_ascii_digit()), "{key:?}");
+    }
+
+    /// Root can read it all the same.
+    #[test]
+    fn the_file_of_another_user_is_refused() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        write(file.path(), text(&random().unwrap()).as_bytes());
+        let (there, user) = (file.as_file().metadata().unwrap(), rustix::process::geteuid());
+        assert!(check_owner(&there, user.as_raw()).is_ok());
+        let problem = check_owner(&there, user.as_raw() + 1).unwrap_err().to_string();
+        assert_eq!(problem, format!("it belongs to another user (uid {})", user.as_raw()));
+        // Only root can give a file away.
+        if std::os::unix::fs::chown(file.path(), Some(user.as_raw() + 1), None).is_ok() {
+            assert!(read(file.path()).unwrap_err().to_string().contains("another user"));
+        }
     }
 
     #[test]

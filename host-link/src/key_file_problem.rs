@@ -14,6 +14,8 @@ pub enum KeyFileProblem {
     NotAKey,
     /// Others than its owner may read or write it: these are its permissions.
     Shared(u32),
+    /// It is another user's, with this uid.
+    OfAnother(u32),
 }
 
 impl fmt::Display for KeyFileProblem {
@@ -22,6 +24,7 @@ impl fmt::Display for KeyFileProblem {
             Self::Unreadable(cause) => write!(f, "it cannot be read ({cause})"),
             Self::NotAFile => f.write_str("it is not a file"),
             Self::NotAKey => f.write_str("it is not one line of 32 hexadecimal digits"),
+            Self::OfAnother(uid) => write!(f, "it belongs to another user (uid {uid})"),
             Self::Shared(mode) => {
                 write!(f, "others than its owner may read or change it (mode {mode:03o})")
             }

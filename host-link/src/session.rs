@@ -25,7 +25,7 @@ use crate::error::{Error, Result, name_of};
 use crate::robot_clock::RobotClock;
 pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
-use crate::validate::{KEPT_MAX, keep_latest};
+use crate::validate::{KEPT_MAX, keep_latest, plain};
 use crate::wire::Wire;
 
 use self::sealing::Sealing;
@@ -229,7 +229,11 @@ impl Session {
     /// Who the robot is.
     pub async fn identify(&mut self) -> Result<Identity> {
         match self.request(Command::Identify).await? {
-            Answer::Identity(identity) => Ok(identity),
+            Answer::Identity(identity) => Ok(Identity {
+                name: plain(&identity.name),
+                board: plain(&identity.board),
+                ..identity
+            }),
             other => Err(wrong_answer("identify itself", other)),
         }
     }

@@ -100,7 +100,9 @@ impl Stream {
         let (steps, passed_us) = (number.wrapping_sub(newest), t_us - newest_us);
         // To half a period: the time of a tick is not exact.
         let is_too_early = |period_us: u64| {
-            steps > 1 && passed_us < (u64::from(steps) * period_us).saturating_sub(period_us / 2)
+            // The times are the robot's word, and may be any.
+            let due_us = u64::from(steps).saturating_mul(period_us);
+            steps > 1 && passed_us < due_us.saturating_sub(period_us / 2)
         };
         if self.next.is_some_and(is_behind) || self.period_us.is_some_and(is_too_early) {
             self.restart();
@@ -304,6 +306,16 @@ mod tests {
         }
         assert_eq!(stream.drain().count(), 10_001);
         assert_eq!(stream.lost(), 10_000 * u64::from(half - 1));
+    }
+
+    #[test]
+    fn times_that_no_clock_shows_are_frames_like_any_other() {
+        let mut stream = Stream::default();
+        for (number, t_us) in [(0, 0), (1, u64::MAX - 9), (3, u64::MAX - 1), (4, u64::MAX)] {
+            stream.push(Telemetry { t_us, ..frame(number) });
+        }
+        stream.give_up();
+        assert_eq!(numbers(&mut stream), [0, 1, 3, 4]);
     }
 
     #[test]

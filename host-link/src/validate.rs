@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use shared_proto::Config;
+use shared_proto::{Config, Name};
 
 use crate::error::{Error, Result};
 
@@ -20,9 +20,22 @@ pub(crate) fn keep_latest<T>(queue: &mut VecDeque<T>, received: T) {
 /// A configuration, checked as one from a file is.
 pub(crate) fn valid_config(config: Config) -> Result<Config> {
     match config.validate() {
-        Ok(()) => Ok(config),
+        Ok(()) => Ok(with_plain_name(config)),
         Err(problem) => Err(Error::InvalidConfig { problem }),
     }
+}
+
+/// A configuration whose name holds no control characters.
+pub(crate) fn with_plain_name(config: Config) -> Config {
+    Config { name: plain(&config.name), ..config }
+}
+
+/// A name with a question mark in the place of each control character: who prints it sends no codes to a terminal. A robot with
+/// such a name is not refused, so that it can be given another.
+pub(crate) fn plain(name: &Name) -> Name {
+    let plain = name.as_str().replace(char::is_control, "?");
+    // No control character is shorter than a question mark.
+    Name::new(&plain).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -36,6 +49,16 @@ mod tests {
         config.encoder.left.counts_per_rev = f64::NAN;
         let error = valid_config(config).unwrap_err().to_string();
         assert!(error.contains("invalid: encoder.left.counts_per_rev"), "{error}");
+    }
+
+    #[test]
+    fn a_name_that_a_robot_sends_holds_no_control_characters() {
+        let evil = Name::new("\u{1b}]0;x\u{7}\u{9b}2J\r\né").unwrap();
+        assert_eq!(plain(&evil).as_str(), "?]0;x??2J??é");
+        let config = Config { name: evil, ..Config::default() };
+        assert_eq!(valid_config(config).unwrap().name.as_str(), "?]0;x??2J??é");
+        let longest = Name::new(&"\u{1b}".repeat(shared_proto::NAME_LEN_MAX)).unwrap();
+        assert_eq!(plain(&longest).as_str(), "?".repeat(shared_proto::NAME_LEN_MAX));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use campaign::new_folders::NewFolders;
 use campaign::{CampaignError, CampaignWriter, Column, RobotFile, Row, RunFacts};
 
 use robot_model::recording::Recording;
@@ -31,7 +32,7 @@ pub fn write(
         _ => Path::new("."),
     };
     let cannot = |cause| CampaignError::io(folder, "make this folder", cause);
-    fs::create_dir_all(parent).map_err(cannot)?;
+    let _made = NewFolders::make(parent).map_err(cannot)?;
     let beside = tempfile::Builder::new().prefix(".import-").tempdir_in(parent).map_err(cannot)?;
     let new = beside.path().join("campaign");
     let names = into(understood, &new)?;

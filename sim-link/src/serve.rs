@@ -188,8 +188,11 @@ impl CameraFile {
             io::ErrorKind::AlreadyExists => ServeError::CameraExists(path.into()),
             _ => ServeError::CameraNew(path.into(), error),
         })?;
-        writeln!(file, "t_s,x_m,y_m,heading_rad")
-            .map_err(|error| ServeError::CameraWrite(path.into(), error))?;
+        writeln!(file, "t_s,x_m,y_m,heading_rad").map_err(|error| {
+            // Empty, it would be in the way of the next one.
+            let _ = std::fs::remove_file(path);
+            ServeError::CameraWrite(path.into(), error)
+        })?;
         Ok(Self { file, path: path.into(), lab, written: 0 })
     }
 

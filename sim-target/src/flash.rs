@@ -7,7 +7,7 @@
 //! ```
 
 use core::cell::RefCell;
-use std::io::Write as _;
+use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
@@ -28,11 +28,20 @@ struct FlashState {
     write_protected: bool,
 }
 
+/// No flash is larger \[bytes\]: any other file, however large, is refused by its beginning.
+const FILE_MAX: u64 = 64 << 10;
+
+fn read_bounded(path: &Path) -> std::io::Result<String> {
+    let mut bytes = Vec::new();
+    std::fs::File::open(path)?.take(FILE_MAX).read_to_end(&mut bytes)?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
 impl Flash {
     /// A flash with the file's content, or a blank one if there is no file.
     pub(crate) fn new(file: Option<PathBuf>) -> std::io::Result<Self> {
         let content = match &file {
-            Some(path) => match std::fs::read_to_string(path) {
+            Some(path) => match read_bounded(path) {
                 Ok(text) if text.is_empty() || text.starts_with(HEADER) => Some(text),
                 // Any other file, such as a scenario, must not be overwritten.
                 Ok(_) => {

@@ -39,7 +39,7 @@ fn every_field_out_of_range_in_a_file_is_refused_by_name() {
         temp.write("bad.toml", &toml::to_string(&config).unwrap());
         let message = temp.run("config import bad.toml --save --flash flash").refused();
         assert!(
-            message.contains("bad.toml") && message.contains(&format!("{path} = ")),
+            message.contains("bad.toml, line ") && message.contains(&format!("{path} = ")),
             "{message}"
         );
     }
@@ -86,9 +86,9 @@ fn a_configuration_file_that_is_wrong_is_refused_with_its_line() {
     let good = toml::to_string(&Config::default()).unwrap();
     for (text, expected) in [
         (good.replace("wheel_weight", "wheel_wait"), "wheel_wait"),
-        (good.replace("wheel_weight = 1.0", "wheel_weight = \"one\""), "bad.toml:"),
+        (good.replace("wheel_weight = 1.0", "wheel_weight = \"one\""), "bad.toml, line "),
         (good.replace("wheel_weight = 1.0\n", ""), "wheel_weight"),
-        ("= nonsense".into(), "bad.toml:1:1"),
+        ("= nonsense".into(), "bad.toml, line 1, column 1"),
         (String::new(), "bad.toml"),
     ] {
         temp.write("bad.toml", &text);
@@ -101,11 +101,11 @@ fn a_configuration_file_that_is_wrong_is_refused_with_its_line() {
 fn a_wrong_scenario_is_refused_with_file_line_and_column() {
     let temp = TempFolder::new();
     for (text, expected) in [
-        ("name = \"x\"\n[plant.body]\nmas_kg = 4.0\n", "bad.toml:3:1"),
-        ("name = \"x\"\n[plant.body]\nmass_kg = -4.0\n", "bad.toml:3:11"),
-        ("name = \"x\"\n[plant.body]\nmass_kg = \"heavy\"\n", "bad.toml:3:11"),
-        ("name = \"x\"\n[[fault]]\nkind = \"lightning\"\n", "bad.toml:3:8"),
-        ("name = \n", "bad.toml:1:"),
+        ("name = \"x\"\n[plant.body]\nmas_kg = 4.0\n", "bad.toml, line 3, column 1"),
+        ("name = \"x\"\n[plant.body]\nmass_kg = -4.0\n", "bad.toml, line 3, column 11"),
+        ("name = \"x\"\n[plant.body]\nmass_kg = \"heavy\"\n", "bad.toml, line 3, column 11"),
+        ("name = \"x\"\n[[fault]]\nkind = \"lightning\"\n", "bad.toml, line 3, column 8"),
+        ("name = \n", "bad.toml, line 1,"),
     ] {
         temp.write("bad.toml", text);
         for command in ["identify", "calibrate", "sim --listen tcp:127.0.0.1:0"] {

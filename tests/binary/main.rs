@@ -4,6 +4,7 @@
 mod analysis;
 mod answers;
 mod apply;
+mod asked_for;
 mod bad_input;
 mod bad_port;
 mod calculator;
@@ -16,6 +17,8 @@ mod files;
 mod first_run;
 mod fit_cache;
 mod fleet;
+#[cfg(unix)]
+mod full_disk;
 mod gyro;
 mod help;
 mod import;

@@ -267,7 +267,9 @@ fn whatever_is_asked_the_page_goes_on() {
         page.raw(&noise, false);
     }
     let large = "x".repeat(100_000);
-    assert_eq!(page.post("/api/equation", &json!({"equation": large})).status, 413);
+    let answer = page.post("/api/equation", &json!({"equation": large}));
+    assert_eq!(answer.status, 413);
+    assert_eq!(answer.json(), json!({"error": "a question has at most 64 KiB"}));
     for (question, problem) in [
         (json!({"effects": [{"id": "no_such"}]}), "no effect `no_such`"),
         (json!({"effects": [{"id": "scrub"}, {"id": "scrub"}]}), "twice"),

@@ -13,6 +13,9 @@ const EVIL: &str =
 /// How its beginning is shown.
 const SHOWN: &str = r"\u001b]0;x\u0007\u009b2J\u202e\u000d\u000aerror: ";
 
+/// How the name of a robot is shown: the link has made question marks of the control characters.
+const SHOWN_NAME: &str = r"?]0;x\u202e?2J";
+
 /// As a TOML string, without its quotes.
 fn in_toml() -> String {
     EVIL.chars()
@@ -100,7 +103,7 @@ const SOURCES: [Source; 14] = [
     }),
     ("the name that a robot sends", |temp| {
         temp.run("config set name plain --save --flash flash").ok();
-        edit(temp, "flash", |text| text.replace("\"plain\"", "\"\\u001b]0;x\\u0007\\u009b2J\""));
+        edit(temp, "flash", |text| text.replace("\"plain\"", "\"\\u001b]0;x\\u202e\\u009b2J\""));
     }),
 ];
 
@@ -173,7 +176,7 @@ fn no_text_from_outside_is_obeyed_wherever_it_comes_from_and_goes() {
             assert_eq!(obeyed(&page), None, "{source} -> {sink}");
             assert!(!page.contains("<b>'"), "{source} -> {sink}");
             let all = outcome.stdout + &outcome.stderr + &page;
-            if all.contains(&SHOWN[..20]) {
+            if all.contains(&SHOWN[..20]) || all.contains(SHOWN_NAME) {
                 shown.push(sink);
             }
         }

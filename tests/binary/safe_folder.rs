@@ -213,6 +213,47 @@ fn files_of_others_are_not_waited_for_written_through_or_passed_over() {
     assert!(!temp.path("nowhere").exists());
 }
 
+#[test]
+#[cfg(unix)]
+fn nothing_of_a_campaign_is_written_through_a_link() {
+    use std::os::unix::fs::symlink;
+    let temp = TempFolder::new();
+    let commands = ["record robot straight 0.3m", "campaign record robot --run straight"];
+    record(&temp).ok();
+    for name in ["robot.toml", "runs"] {
+        let (there, elsewhere) = (temp.path("robot").join(name), temp.path(name));
+        std::fs::rename(&there, &elsewhere).unwrap();
+        symlink(&elsewhere, &there).unwrap();
+        let before = (bytes(&temp.path("robot")), bytes(&temp.path("robot/runs/..")));
+        for command in commands {
+            let message = temp.run(command).refused();
+            assert!(message.contains(name) && message.contains("it is a link"), "{message}");
+        }
+        assert_eq!((bytes(&temp.path("robot")), bytes(&temp.path("robot/runs/.."))), before);
+        temp.run("compare robot").ok();
+        std::fs::remove_file(&there).unwrap();
+        std::fs::rename(&elsewhere, &there).unwrap();
+    }
+    temp.run(commands[0]).ok();
+}
+
+#[test]
+fn a_lost_robot_toml_is_not_replaced_by_one_that_knows_nothing_of_the_runs() {
+    let temp = TempFolder::new();
+    record(&temp).ok();
+    let toml = temp.read("robot/robot.toml");
+    std::fs::remove_file(temp.path("robot/robot.toml")).unwrap();
+    let before = bytes(&temp.path("robot"));
+    for command in ["record robot straight 0.3m", "campaign record robot --plan two.toml"] {
+        let message = temp.run(command).refused();
+        assert!(message.contains("robot.toml: it is missing"), "{message}");
+        assert!(message.contains("of the 2 runs in this folder"), "{message}");
+    }
+    assert_eq!(bytes(&temp.path("robot")), before);
+    std::fs::write(temp.path("robot/robot.toml"), toml).unwrap();
+    record(&temp).ok();
+}
+
 /// A pipe that nobody writes to: whoever reads it waits.
 #[test]
 #[cfg(unix)]

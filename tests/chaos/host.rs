@@ -6,9 +6,11 @@ use std::future::poll_fn;
 use std::io;
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 use std::task::Poll;
 use std::time::Duration;
 
+use campaign::disk::{Disk, SystemDisk};
 use campaign::{CampaignWriter, Column, RobotFile, Row, RunFacts};
 use host_link::clock::TimeSource;
 use host_link::wire::{Waiting, Wire};
@@ -20,6 +22,7 @@ use sim_target::{now_us, sleep_until_us};
 
 use super::judge::{Invariant, Judge};
 use super::network::{Link, Network};
+use super::small_disk::SmallDisk;
 use crate::robot::own_secret;
 
 /// What all hosts of a robot share.
@@ -278,12 +281,13 @@ impl Laboratory {
     pub fn record(&self, telemetry: &[shared_proto::Telemetry], rng: &mut ChaCha8Rng) {
         let start_us = telemetry.first().map_or(0, |frame| frame.t_us);
         let load_kg = f64::from(rng.random_range(1..100_u32)) / 8.0;
-        if rng.random_bool(0.3) {
-            campaign::file::set_disk_room(rng.random_range(0..6_000));
-        }
+        let disk: Arc<dyn Disk> = match rng.random_bool(0.3) {
+            true => Arc::new(SmallDisk(Mutex::new(rng.random_range(0..6_000)))),
+            false => Arc::new(SystemDisk),
+        };
         let mut rows = 0;
         let mut write = || -> Result<PathBuf, campaign::CampaignError> {
-            let writer = CampaignWriter::open(&self.folder, &robot_file())?;
+            let writer = CampaignWriter::open_on(disk.clone(), &self.folder, &robot_file())?;
             let mut run = writer.start_run("chaos", &[Column::LeftCounts, Column::RightCounts])?;
             for frame in telemetry {
                 let counts = frame.wheels.map(|wheel| Some(wheel.counts as f64));
@@ -294,7 +298,6 @@ impl Laboratory {
             run.finish(RunFacts { payload_kg: Some(load_kg), ..RunFacts::default() })
         };
         let written = write();
-        campaign::file::set_disk_room(usize::MAX);
         match written {
             Ok(path) => {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -21,6 +21,7 @@ mod judge;
 mod motions;
 mod network;
 mod plant;
+mod small_disk;
 mod socket;
 mod storm;
 

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use robot_model::effect::custom::Per;
 
-use super::value_parsers::above_zero;
+use super::value_parsers::{above_zero, new_file};
 use crate::fit_cache::FitCache;
 use crate::quantity::Length;
 
@@ -92,7 +92,7 @@ pub struct ExplainArgs {
     pub tolerance: Option<Length>,
     /// Write the model found to this file, to predict other runs: `beeline compare OTHER --model FILE`.
     /// It has all of the effects that these runs cannot tell apart, each with its share of their sum.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = new_file())]
     pub save: Option<PathBuf>,
     /// Exit with 1 if something that matters is missing, as `git diff` does.
     #[arg(long)]
@@ -195,10 +195,10 @@ pub struct FleetArgs {
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
     /// Where to write the page, one self-contained file.
-    #[arg(long, short, value_name = "FILE.html")]
+    #[arg(long, short, value_name = "FILE.html", value_parser = new_file())]
     pub output: Option<PathBuf>,
     /// Where to write a table with one value in each row.
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "FILE.csv", value_parser = new_file())]
     pub table: Option<PathBuf>,
 }
 
@@ -212,7 +212,7 @@ pub struct ReportArgs {
     /// The campaign folder.
     pub campaign: PathBuf,
     /// Where to write the page, one self-contained file. FILE.svg: only its main picture.
-    #[arg(long, short, value_name = "FILE", default_value = "report.html")]
+    #[arg(long, short, value_name = "FILE", default_value = "report.html", value_parser = new_file())]
     pub output: PathBuf,
     /// Write the page of `beeline serve` with its answers in it: effects can be switched without a server.
     #[arg(long)]

@@ -7,7 +7,7 @@ use clap::{ArgGroup, Args};
 use super::drive::ProfileArgs;
 use super::value_enums::{Measure, Method};
 use super::value_parsers::{
-    above_zero, angle, count, distance, length, not_negative, number, percent,
+    above_zero, angle, count, distance, length, new_file, not_negative, number, percent,
 };
 use crate::quantity::{Angle, Distance, Length};
 
@@ -66,7 +66,7 @@ pub struct CalibrateArgs {
     #[arg(long, value_name = "N", value_parser = count(100))]
     pub runs: Option<u16>,
     /// Where to write the picture: the full page, or only the drawing if FILE ends in .svg.
-    #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html")]
+    #[arg(long, short, value_name = "FILE", default_value = "beeline-calibration.html", value_parser = new_file())]
     pub output: PathBuf,
     /// Start without asking whether the robot stands at its line.
     #[arg(long, short)]

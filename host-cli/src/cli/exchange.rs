@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use import::text::{Mapping, parse_mappings};
 
-use super::value_parsers::{above_zero, length, time};
+use super::value_parsers::{above_zero, length, new_file, time};
 use crate::quantity::{Length, Time};
 
 /// `beeline import`
@@ -29,7 +29,7 @@ pub struct ImportArgs {
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
     /// The campaign folder to write. Without it, only what is in the sources is listed.
-    #[arg(long, short, value_name = "FOLDER")]
+    #[arg(long, short, value_name = "FOLDER", value_parser = new_file())]
     pub output: Option<PathBuf>,
     /// The joints of the left and the right wheel.
     #[arg(long, value_name = "LEFT,RIGHT", value_parser = wheels)]
@@ -98,7 +98,7 @@ pub struct ExportArgs {
     /// The program that will read it.
     #[arg(long)]
     pub to: ExportFormat,
-    /// The file to write, for tum the folder; without it, text goes to standard output.
+    /// The file to write, for tum the folder; without it, or with `-`, text goes to standard output.
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Replace files that exist.

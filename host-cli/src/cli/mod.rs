@@ -31,7 +31,7 @@ use std::path::PathBuf;
 use clap::builder::styling::{AnsiColor, Styles};
 use clap::{Args, Parser, Subcommand};
 
-use self::value_parsers::{above_zero, rate, time, whole};
+use self::value_parsers::{above_zero, key_file, new_file, rate, time, whole};
 use crate::port::{Port, SimOptions};
 use crate::quantity::Time;
 use crate::watch::Column;
@@ -86,6 +86,7 @@ pub struct Common {
         global = true,
         value_name = "FILE",
         env = "BEELINE_KEY_FILE",
+        value_parser = key_file(),
         help_heading = "Most commands"
     )]
     pub key_file: Option<PathBuf>,
@@ -96,7 +97,7 @@ pub struct Common {
     #[arg(long, global = true, value_name = "N", value_parser = whole, help_heading = "Simulator")]
     pub seed: Option<u64>,
     /// The file that holds the robot's flash; without it, the robot forgets when the command ends.
-    #[arg(long, global = true, value_name = "FILE", help_heading = "Simulator")]
+    #[arg(long, global = true, value_name = "FILE", value_parser = new_file(), help_heading = "Simulator")]
     pub flash: Option<PathBuf>,
 }
 
@@ -244,6 +245,7 @@ pub enum KeyCommand {
     #[command(after_help = "Example:\n  beeline key new robot.key")]
     New {
         /// The new file.
+        #[arg(value_parser = new_file())]
         file: PathBuf,
     },
     /// Store a key in a robot on a serial line; it keeps the key without power. If it already has a key, give that with --key-file.
@@ -308,7 +310,7 @@ pub struct RecordArgs {
     pub rate: u16,
     /// Write the run as a ROS 2 bag as well, in this new file: angles of the wheels, measured poses, and odometry by the numbers that
     /// the robot is configured with.
-    #[arg(long, global = true, value_name = "FILE.mcap")]
+    #[arg(long, global = true, value_name = "FILE.mcap", value_parser = new_file())]
     pub mcap: Option<PathBuf>,
     /// The motion.
     #[command(subcommand)]
@@ -331,7 +333,7 @@ pub struct SimArgs {
     #[arg(long)]
     pub insecure: bool,
     /// Write what the overhead camera sees to this new file, as a track that `calibrate` can read.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = new_file())]
     pub camera: Option<PathBuf>,
     /// Put the robot back at its start line whenever a client connects and it stands still
     /// (TCP only: a pseudo-terminal does not report connections).

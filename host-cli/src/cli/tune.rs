@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::value_parsers::{above_zero, length, share};
+use super::value_parsers::{above_zero, length, new_file, share};
 use crate::quantity::Length;
 
 /// `beeline tune`
@@ -29,7 +29,7 @@ pub struct TuneArgs {
     pub stiffness: f64,
     /// Drive as many experiments again, and keep all of them as a campaign in this folder, for
     /// `beeline explain --drivetrain`.
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", value_parser = new_file())]
     pub record: Option<PathBuf>,
     /// Restore the gains, feedforward and limits that the last tuning changed.
     #[arg(long, conflicts_with_all = ["floor", "stiffness", "record"])]

@@ -1,6 +1,10 @@
 //! Which values of an argument make sense: parsers that check a range.
 
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::str::FromStr;
+
+use clap::builder::{OsStringValueParser, PathBufValueParser, TypedValueParser};
 
 use crate::quantity::{Acceleration, Angle, Distance, Length, QuantityError, Speed, Time};
 
@@ -54,6 +58,22 @@ pub(super) fn not_negative<T: FromStr<Err = QuantityError>>(
         let quantity: T = text.parse().map_err(|error: QuantityError| error.to_string())?;
         if value(&quantity) >= 0.0 { Ok(quantity) } else { Err("must not be negative".into()) }
     }
+}
+
+/// Reads the name of a file or a folder to write. `-` is none: only some commands write to standard output.
+pub(super) fn new_file() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|file| match file.as_os_str() == "-" {
+        true => Err("it is written to a file, not to standard output; ./- names a file called so"),
+        false => Ok(file),
+    })
+}
+
+/// Reads the name of the key's file. An empty variable is no name, and not the same as none.
+pub(super) fn key_file() -> impl TypedValueParser<Value = PathBuf> {
+    OsStringValueParser::new().try_map(|file: OsString| match file.is_empty() {
+        true => Err("it is empty: name the file, or unset BEELINE_KEY_FILE"),
+        false => Ok(PathBuf::from(file)),
+    })
 }
 
 /// Reads a whole number from 1 to `max`.

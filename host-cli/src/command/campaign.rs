@@ -33,6 +33,10 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
     let track_width_m = args.track_width.m;
     plan.check_durations(track_width_m)?;
     match &args.output {
+        Some(file) if file.as_os_str() == "-" && common.json => {
+            return Err(Error::new("what `-o -` prints is TOML, no JSON")
+                .hint("without -o, --json prints the plan as JSON"));
+        }
         Some(file) if file.as_os_str() == "-" => {
             say_text(plan.to_toml().trim_end());
             return Ok(());

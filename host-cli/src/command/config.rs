@@ -110,6 +110,10 @@ fn warn_if_it_forgets(common: &Common) {
 
 fn export(common: &Common, config: &Config, file: &Path, force: bool) -> Result<()> {
     let text = toml::to_string(config).context("the configuration")?;
+    if file.as_os_str() == "-" && common.json {
+        return Err(Error::new("what `config export -` prints is TOML, no JSON")
+            .hint("`beeline config get --json` prints the configuration as JSON"));
+    }
     if file.as_os_str() == "-" {
         say_text(text.trim_end());
         return Ok(());

@@ -11,16 +11,10 @@ use crate::error::{Context, Error, Result};
 use crate::ui::{note, runs, say_text, tell, warn};
 use campaign::file::write_whole;
 use campaign::model::ModelFile;
+use campaign::new_folders::NewFolders;
 
 pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
-    let needs = match args.to {
-        ExportFormat::Tum => Some("a folder: two files a run go into it"),
-        ExportFormat::Mcap => Some("a file: a bag is no text"),
-        _ => None,
-    };
-    if let (None, Some(what)) = (&args.output, needs) {
-        return Err(Error::new("no place to write to").hint(format_args!("give -o {what}")));
-    }
+    let output = output(common, args)?;
     let (read, campaign) = read(&args.campaign)?;
     let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
     let target = match args.to {
@@ -50,20 +44,22 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
         ExportFormat::Ros2
         | ExportFormat::Turtlebot3
         | ExportFormat::Linorobot2
-        | ExportFormat::Wpilib => text(common, args, &controller.file(&read.robot)),
-        ExportFormat::Json => text(common, args, &format!("{:#}\n", to_json(&controller))),
-        ExportFormat::Csv => text(common, args, &table(&trajectories())),
+        | ExportFormat::Wpilib => text(common, (output, args.force), &controller.file(&read.robot)),
+        ExportFormat::Json => {
+            text(common, (output, args.force), &format!("{:#}\n", to_json(&controller)))
+        }
+        ExportFormat::Csv => text(common, (output, args.force), &table(&trajectories())),
         ExportFormat::Mcap => {
             let bytes = bag(&with_telemetry(trajectories(), &read.runs));
             let bytes = bytes.context("cannot make the bag")?;
-            let Some(file) = &args.output else { return Ok(()) };
+            let Some(file) = output else { return Ok(()) };
             write_new(file, &bytes, args.force)?;
             told(common, file, &format!("a ROS 2 bag of {}", runs(campaign.runs.len())));
             Ok(())
         }
         ExportFormat::Tum => {
-            let Some(folder) = &args.output else { return Ok(()) };
-            std::fs::create_dir_all(folder)
+            let Some(folder) = output else { return Ok(()) };
+            let _made = NewFolders::make(folder)
                 .context(format_args!("cannot make {}", folder.display()))?;
             for one in trajectories() {
                 for (what, text) in
@@ -83,15 +79,33 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
     }
 }
 
+/// The file or folder to write; none if the text goes to standard output.
+fn output<'a>(common: &Common, args: &'a ExportArgs) -> Result<Option<&'a Path>> {
+    let needs = match args.to {
+        ExportFormat::Tum => Some("a folder: two files a run go into it"),
+        ExportFormat::Mcap => Some("a file: a bag is no text"),
+        _ => None,
+    };
+    let output = args.output.as_deref().filter(|file| file.as_os_str() != "-");
+    if let (None, Some(what)) = (output, needs) {
+        return Err(Error::new("no place to write to").hint(format_args!("give -o {what}")));
+    }
+    if common.json && output.is_none() && args.to != ExportFormat::Json {
+        return Err(Error::new("what this format prints is no JSON")
+            .hint("--to json prints the numbers as JSON; -o FILE writes the file"));
+    }
+    Ok(output)
+}
+
 fn with_telemetry(mut all: Vec<Trajectory>, runs: &[campaign::Run]) -> Vec<Trajectory> {
     Trajectory::add_telemetry(&mut all, runs);
     all
 }
 
-fn text(common: &Common, args: &ExportArgs, text: &str) -> Result<()> {
-    match &args.output {
+fn text(common: &Common, (file, force): (Option<&Path>, bool), text: &str) -> Result<()> {
+    match file {
         Some(file) => {
-            write_new(file, text.as_bytes(), args.force)?;
+            write_new(file, text.as_bytes(), force)?;
             told(common, file, "written");
         }
         None => say_text(text.trim_end()),
@@ -116,7 +130,7 @@ fn write_new(file: &Path, bytes: &[u8], force: bool) -> Result<()> {
     }
     write_whole(file, bytes).map_err(|error| {
         Error::new(format_args!("cannot write {}: {error}", file.display()))
-            .hint("choose another place with -o")
+            .hint(error.hint("choose another place with -o"))
     })
 }
 

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::fleet::{Fleet, campaigns, csv, findings, json, nothing_found, page, study};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, Progress, WARN, note, paint, say, warn};
-use campaign::file::{check_writable, write_whole};
+use campaign::file::{WriteError, check_writable, write_whole};
 use std::path::Path;
 
 /// Longest line of a paragraph.
@@ -54,8 +54,9 @@ pub(super) fn run(common: &Common, args: &FleetArgs) -> Result<()> {
     Ok(())
 }
 
-fn cannot(file: &Path, error: &dyn std::fmt::Display) -> Error {
-    Error::new(format_args!("cannot write {}: {error}", file.display())).hint("choose another file")
+fn cannot(file: &Path, error: &WriteError) -> Error {
+    Error::new(format_args!("cannot write {}: {error}", file.display()))
+        .hint(error.hint("choose another file"))
 }
 
 fn show(fleet: &Fleet) {

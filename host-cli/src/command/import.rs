@@ -16,7 +16,7 @@ use crate::import_page;
 use crate::table::{Cell, Table};
 use crate::ui::{BOLD, note, runs, say, warn};
 use campaign::CampaignError;
-use campaign::file::write_whole;
+use campaign::file::write_own;
 
 /// The page that shows what was understood, in the campaign folder.
 const PAGE: &str = "import.html";
@@ -61,7 +61,7 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     understood.notes.splice(0..0, chosen.notes);
     let names = write(&understood, folder, args.add)?;
     let page = folder.join(PAGE);
-    write_whole(&page, import_page::page(&understood, &names).as_bytes()).map_err(|error| {
+    write_own(&page, import_page::page(&understood, &names).as_bytes()).map_err(|error| {
         Error::new(format_args!("cannot write {}: {error}", page.display()))
             .hint("the campaign itself is written")
     })?;

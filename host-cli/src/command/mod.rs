@@ -32,7 +32,7 @@ mod wheel_weight;
 use clap::{CommandFactory, Parser};
 
 use crate::cli::{CampaignCommand, Cli, Command, DriveArgs};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::interrupt;
 use crate::ui::say_text;
 
@@ -73,6 +73,9 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Serve(args) => serve::run(common, args),
         Command::WheelWeight(args) => wheel_weight::run(common, args),
         Command::Sim(args) => sim::run(common, args),
+        Command::Completions { .. } if common.json => {
+            Err(Error::new("a script for a shell is no JSON").hint("leave --json out"))
+        }
         Command::Completions { shell } => {
             say_completions(*shell);
             Ok(())

@@ -122,12 +122,13 @@ fn check_new_bag(bag: &Path) -> Result<()> {
             Error::new(format_args!("{} exists", bag.display())).hint("choose another file")
         );
     }
-    check_writable(bag).map_err(|error| bag_unwritten(bag, &error))
+    check_writable(bag).map_err(|error| bag_unwritten(bag, &error).hint(error.hint(BAG_HINT)))
 }
 
+const BAG_HINT: &str = "choose another file with --mcap; `beeline export --to mcap` makes a bag of a campaign at any time";
+
 fn bag_unwritten(bag: &Path, error: &dyn std::fmt::Display) -> Error {
-    Error::new(format_args!("cannot write {}: {error}", bag.display()))
-        .hint("choose another file with --mcap; `beeline export --to mcap` makes a bag of a campaign at any time")
+    Error::new(format_args!("cannot write {}: {error}", bag.display())).hint(BAG_HINT)
 }
 
 /// Writes a run that has just ended as a bag; `dated`: its stamps are the time of day.
@@ -147,7 +148,8 @@ fn write_bag(bag: &Path, run: &Path, rows: &[Row], config: &Config, dated: bool)
     let mut trajectories = Trajectory::all(&model, radii_m, geometry.track_width_m);
     Trajectory::add_telemetry(&mut trajectories, &[run]);
     let bytes = ::import::export::bag(&trajectories).map_err(|error| bag_unwritten(bag, &error))?;
-    match write_new(bag, &bytes).map_err(|error| bag_unwritten(bag, &error))? {
+    let written = write_new(bag, &bytes);
+    match written.map_err(|error| bag_unwritten(bag, &error).hint(error.hint(BAG_HINT)))? {
         true => Ok(()),
         false => Err(bag_unwritten(bag, &"somebody else has written it meanwhile")),
     }

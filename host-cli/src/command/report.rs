@@ -16,7 +16,7 @@ use crate::fit_cache::Question;
 use crate::model_page::{Workbench, offline_page};
 use crate::report::{CampaignReport, to_html, to_svg};
 use crate::ui::tell;
-use campaign::file::{check_writable, write_whole};
+use campaign::file::{WriteError, check_writable, write_whole};
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
@@ -37,9 +37,9 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     let (read, campaign) = read(&args.campaign)?;
     warn_if_single_run(&campaign);
     let output = args.output.display();
-    let cannot = |error: &dyn std::fmt::Display| {
+    let cannot = |error: &WriteError| {
         Error::new(format_args!("cannot write {output}: {error}"))
-            .hint("choose another file with -o")
+            .hint(error.hint("choose another file with -o"))
     };
     // Before the work: a file that cannot be written must not cost the time.
     check_writable(&args.output).map_err(|error| cannot(&error))?;

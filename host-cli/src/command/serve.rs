@@ -6,8 +6,10 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::sync_channel;
+use std::thread::JoinHandle;
 use std::time::Duration;
 
+use host_link::Cancel;
 use host_link::address::Address;
 use host_link::listen::{Line, Listen};
 use host_link::share::{SharedPort, is_shared};
@@ -58,25 +60,57 @@ fn model(common: &Common, args: &ServeArgs, folder: &Path) -> Result<()> {
 fn robot(common: &Common, args: &ServeArgs) -> Result<()> {
     let server = bind(args.listen)?;
     let key = common.sim().key()?;
-    let address = match &common.port {
-        Port::Sim(_) => simulated(common)?,
+    // Dropped last: the robot is reached through it until it stands.
+    let (address, _line) = match &common.port {
+        Port::Sim(_) => simulated(common).map(|(address, line)| (address, Some(line)))?,
         // What another program shares is reached through it, as by any other command.
-        Port::At(Address::Serial { path, baud }) if !is_shared(path) => shared(path, *baud)?,
-        Port::At(address) => address.clone(),
+        Port::At(Address::Serial { path, baud }) if !is_shared(path) => {
+            shared(path, *baud).map(|(address, line)| (address, Some(line)))?
+        }
+        Port::At(address) => (address.clone(), None),
     };
     let robot = Arc::new(robot_page::Robot::default());
     let (beside, at) = (Arc::clone(&robot), address.clone());
-    std::thread::spawn(move || robot_page::attend(&at, key.as_ref(), &beside));
+    let attendance = std::thread::spawn(move || {
+        robot_page::attend(&at, key.as_ref(), &beside, &interrupt::cancel())
+    });
     open_page(common, args, &server, Some(&address));
-    robot_page::serve(server, robot)
+    robot_page::serve(server, robot)?;
+    match attendance.join() {
+        Ok(left) => Ok(left?),
+        Err(_) => Err(Error::new("the session with the robot has ended by a mistake of Beeline's")
+            .hint("`beeline identify` shows the robot's state, `beeline stop` stops it")),
+    }
+}
+
+/// A line to the robot that a thread of this program keeps; ends, and waits for its thread, with this value.
+struct KeptLine {
+    end: Cancel,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl KeptLine {
+    fn new(keep: impl FnOnce(&Cancel) + Send + 'static) -> Self {
+        let end = Cancel::default();
+        let asked = end.clone();
+        Self { end, thread: Some(std::thread::spawn(move || keep(&asked))) }
+    }
+}
+
+impl Drop for KeptLine {
+    fn drop(&mut self) {
+        self.end.request();
+        // If it has panicked, there is nothing left to wait for.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
 }
 
 /// A simulated robot in real time, in a thread of its own.
-fn simulated(common: &Common) -> Result<Address> {
+fn simulated(common: &Common) -> Result<(Address, KeptLine)> {
     let options = common.sim();
     let scenario = options.scenario(&common.port)?;
     let (sender, listening) = sync_channel(1);
-    std::thread::spawn(move || {
+    let line = KeptLine::new(move |end| {
         let failed = |error: Error| {
             let _ = sender.send(Err(error));
         };
@@ -91,18 +125,16 @@ fn simulated(common: &Common) -> Result<Address> {
         };
         let listen = Listen::Tcp(ANY.to_owned());
         let options = ServeOptions::default();
-        if let Err(error) =
-            sim_link::serve(&mut target, &listen, &options, &interrupt::cancel(), &mut news)
-        {
+        if let Err(error) = sim_link::serve(&mut target, &listen, &options, end, &mut news) {
             failed(error.into());
         }
     });
     let address = listening.recv().map_err(|_| Error::new("the simulated robot has ended"))??;
-    address.parse().map_err(Error::new)
+    Ok((address.parse().map_err(Error::new)?, line))
 }
 
 /// A serial port that this program owns from now on, and shares.
-fn shared(path: &str, baud: u32) -> Result<Address> {
+fn shared(path: &str, baud: u32) -> Result<(Address, KeptLine)> {
     /// A device that is gone is looked for this often.
     const AGAIN_AFTER: Duration = Duration::from_secs(1);
     let mut line = Line::open(&Listen::Tcp(ANY.to_owned()))?;
@@ -110,16 +142,18 @@ fn shared(path: &str, baud: u32) -> Result<Address> {
     // Before the page: a port that does not exist is an error at once.
     let mut port = Some(SharedPort::open(path, baud, &line)?);
     let path = path.to_owned();
-    std::thread::spawn(move || {
-        loop {
-            if let Some(mut port) = port.take() {
-                let _ = port.pass_on(&mut line, &interrupt::cancel(), &mut |_| {});
+    let kept = KeptLine::new(move |end| {
+        while !end.is_requested() {
+            if let Some(mut port) = port.take()
+                && port.pass_on(&mut line, end, &mut |_| {}).is_ok()
+            {
+                return;
             }
             std::thread::sleep(AGAIN_AFTER);
             port = SharedPort::open(&path, baud, &line).ok();
         }
     });
-    Ok(address)
+    Ok((address, kept))
 }
 
 fn open_page(common: &Common, args: &ServeArgs, server: &Server, robot: Option<&Address>) {

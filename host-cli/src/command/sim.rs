@@ -4,11 +4,11 @@
 
 use std::time::Duration;
 
-use serde_json::json;
+use serde_json::{Value, json};
 use sim_link::{ClientLog, ServeEvent, ServeOptions, serve};
 
 use crate::cli::{Common, Listen, SimArgs};
-use crate::error::{Error, Result};
+use crate::error::{Context, Error, Result};
 use crate::interrupt;
 use crate::port::Port;
 use crate::ui::{BOLD, note, paint, say, say_text, warn};
@@ -23,7 +23,11 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
     }
     let scenario = common.sim().scenario(&common.port)?;
     if args.scenario {
-        say_text(scenario.to_toml().trim_end());
+        let text = scenario.to_toml();
+        match common.json {
+            true => say(toml::from_str::<Value>(&text).context("the scenario")?),
+            false => say_text(text.trim_end()),
+        }
         return Ok(());
     }
     let Some(listen) = &args.listen else { return Err(Error::new("give --listen")) };

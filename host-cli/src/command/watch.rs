@@ -53,7 +53,7 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
     }
     let start_us = session.clock().now_us();
     let mut checked_us = start_us;
-    let mut shown_us = 0;
+    let mut shown_us = 0_u64;
     loop {
         session.listen(Duration::from_millis(u64::from(period_ms).max(20))).await?;
         let mut heard = session.take_events().all(|event| show_event(common, &event));
@@ -62,7 +62,7 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
         let due: Vec<Telemetry> = session
             .take_telemetry()
             .filter(|frame| {
-                let is_due = frame.t_us >= shown_us + every_us;
+                let is_due = frame.t_us >= shown_us.saturating_add(every_us);
                 shown_us = if is_due { frame.t_us } else { shown_us };
                 is_due
             })

@@ -39,7 +39,7 @@ struct EquationRequest {
 /// An answer, or what is wrong with the question.
 type Answered = std::result::Result<Arc<Value>, Value>;
 
-/// Serves the page until the program ends.
+/// Serves the page until Ctrl-C.
 pub fn serve(server: Server, workbench: Arc<Workbench>) -> Result<()> {
     let answers = Router::new()
         .route("/api/campaign", get(campaign))

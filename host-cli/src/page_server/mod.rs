@@ -11,6 +11,7 @@ mod access;
 mod answer;
 
 use std::net::{SocketAddr, TcpListener};
+use std::time::Duration;
 
 use axum::Router;
 use axum::extract::{DefaultBodyLimit, Request, State};
@@ -18,12 +19,14 @@ use axum::http::{HeaderName, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::Response;
 use axum::routing::get;
+use futures_lite::future;
 
 pub use access::{Access, Refused};
 pub use answer::{answered, question, told};
 
 use crate::calibration_page::drawing::COLOURS;
 use crate::error::{Error, Result};
+use crate::interrupt;
 
 /// The largest question \[bytes\].
 const QUESTION_MAX: usize = 64 * 1024;
@@ -89,7 +92,7 @@ impl Server {
         format!("http://{}/{}", self.address, self.access.query())
     }
 
-    /// Serves a page and its answers until the program ends.
+    /// Serves a page and its answers until Ctrl-C.
     pub fn run<S: Clone + Send + Sync + 'static>(
         self,
         page: Page,
@@ -97,6 +100,7 @@ impl Server {
         state: S,
     ) -> Result<()> {
         let failed = |error: std::io::Error| Error::new(format_args!("the page ended: {error}"));
+        interrupt::listen();
         self.listener.set_nonblocking(true).map_err(failed)?;
         let router = page
             .router()
@@ -110,14 +114,28 @@ impl Server {
             .with_state(state);
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
+            // So many questions are computed at once; others wait.
+            .max_blocking_threads(8)
             .enable_all()
             .build()
             .map_err(failed)?;
-        runtime.block_on(async {
+        let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener).map_err(failed)?;
-            axum::serve(listener, router).await.map_err(failed)
-        })
+            let serve = async { axum::serve(listener, router).await.map_err(failed) };
+            future::or(serve, asked_to_end()).await
+        });
+        // What is still being computed is for nobody, and a page that listens to telemetry never ends.
+        runtime.shutdown_background();
+        served
     }
+}
+
+async fn asked_to_end() -> Result<()> {
+    const LOOKED_EVERY: Duration = Duration::from_millis(20);
+    while !interrupt::requested() {
+        tokio::time::sleep(LOOKED_EVERY).await;
+    }
+    Ok(())
 }
 
 /// Refuses strangers, and tells the browser what the page may do.
@@ -130,6 +148,16 @@ async fn guard(
         Ok(()) => next.run(request).await,
         Err(refused) => told(StatusCode::FORBIDDEN, refused.words()),
     };
+    if is_unworded(&response) {
+        let status = response.status();
+        let problem = match status {
+            StatusCode::PAYLOAD_TOO_LARGE => {
+                format!("a question has at most {} KiB", QUESTION_MAX / 1024)
+            }
+            _ => status.canonical_reason().unwrap_or("this cannot be answered").to_lowercase(),
+        };
+        response = told(status, &problem);
+    }
     let headers = response.headers_mut();
     for (name, value) in [
         (header::CONTENT_SECURITY_POLICY, POLICY),
@@ -142,6 +170,14 @@ async fn guard(
         headers.insert(name, HeaderValue::from_static(value));
     }
     response
+}
+
+/// Whether a refusal is the server's own, and so not in JSON as all others are.
+fn is_unworded(response: &Response) -> bool {
+    let status = response.status();
+    let is_refusal = status.is_client_error() || status.is_server_error();
+    let kind = response.headers().get(header::CONTENT_TYPE).map(HeaderValue::as_bytes);
+    is_refusal && kind != Some(b"application/json")
 }
 
 /// Whether a request may be answered.

@@ -6,7 +6,7 @@ use host_link::address::Address;
 use host_link::error::FaultInWords;
 use host_link::motion::Motion;
 use host_link::session::LEASE;
-use host_link::{Error, Session, key_file};
+use host_link::{Cancel, Error, Session, key_file};
 use serde_json::{Value, json};
 use shared_proto::{
     Answer, Command, Config, Event, FaultReport, Identity, Key, MotionId, Refusal, State,
@@ -16,6 +16,9 @@ use shared_proto::{
 use super::robot::{HeldMotion, Hold, Robot, Wish};
 use crate::advice;
 use crate::escape::seen;
+
+/// No ramp of a motion from the page takes longer.
+const RAMP_MAX: Duration = Duration::from_secs(10);
 
 /// Time between two frames of telemetry \[ms\].
 const PERIOD_MS: u16 = 10;
@@ -32,24 +35,39 @@ const AGAIN_AFTER: Duration = Duration::from_secs(1);
 /// Ramps of motions from the page, as a share of the largest acceleration.
 const ACCELERATION_SHARE: f64 = 0.5;
 
-/// Attends to the robot at this address for ever; if it is lost, it is looked for again.
-pub fn attend(address: &Address, key: Option<&Key>, robot: &Robot) -> ! {
+/// Attends to the robot at this address until `end` is requested; if it is lost, it is looked for again. At the end a robot that
+/// moves because of the page is left standing with its motors off: the error says that it was not.
+pub fn attend(
+    address: &Address,
+    key: Option<&Key>,
+    robot: &Robot,
+    end: &Cancel,
+) -> host_link::Result<()> {
     loop {
+        let mut moves = false;
         let attended = host_link::connect(address).and_then(|mut session| {
             if let Some(key) = key {
                 session.use_key(*key, key_file::random()?);
             }
-            host_link::block_on(Attendance::run(&mut session, robot))
+            host_link::block_on(Attendance::run(&mut session, robot, end, &mut moves))
         });
-        if let Err(error) = attended {
-            robot.tell(json!({
+        match attended {
+            Ok(()) => return Ok(()),
+            Err(error) if end.is_requested() && moves => return Err(error),
+            Err(error) => robot.tell(json!({
                 "problem": error.to_string(),
                 "advice": advice::on_link(&error),
                 "port": address.to_string(),
-            }));
+            })),
+        }
+        let again = Instant::now() + AGAIN_AFTER;
+        while Instant::now() < again {
+            if end.is_requested() {
+                return Ok(());
+            }
+            std::thread::sleep(EVERY);
         }
         // A wish of before must not move a robot that comes back.
-        std::thread::sleep(AGAIN_AFTER);
         robot.take_wishes();
     }
 }
@@ -82,7 +100,13 @@ struct Driving {
 }
 
 impl<'a> Attendance<'a> {
-    async fn run(session: &'a mut Session, robot: &'a Robot) -> host_link::Result<()> {
+    /// Until `end` is requested. `moves` says whether the robot may move because of the page.
+    async fn run(
+        session: &'a mut Session,
+        robot: &'a Robot,
+        end: &Cancel,
+        moves: &mut bool,
+    ) -> host_link::Result<()> {
         session.open().await?;
         let identity = session.identify().await?;
         let config = session.read_config().await?;
@@ -100,18 +124,43 @@ impl<'a> Attendance<'a> {
             heard: 0,
         };
         let mut asked: Option<Instant> = None;
-        loop {
+        while !end.is_requested() {
             if asked.is_none_or(|asked| asked.elapsed() > CONDITION_EVERY) {
                 attendance.ask_condition().await?;
                 asked = Some(Instant::now());
             }
             for wish in robot.take_wishes() {
+                *moves |= matches!(wish, Wish::Hold(_));
                 attendance.carry_out(wish).await?;
             }
             attendance.session.listen(EVERY).await?;
             attendance.take_what_came();
             attendance.leave_off().await?;
+            *moves = attendance.armed || attendance.driving.is_some();
         }
+        attendance.bring_to_rest().await
+    }
+
+    /// Brakes, and switches the motors off, if they are on because of the page.
+    async fn bring_to_rest(&mut self) -> host_link::Result<()> {
+        if !self.armed && self.driving.is_none() {
+            return Ok(());
+        }
+        // Refused by a robot that a fault has stopped, or that somebody else drives by now.
+        let _ = self.session.ask(Command::Stop).await?;
+        let _ = self.session.ask(Command::Disarm).await?;
+        let begun = Instant::now();
+        while begun.elapsed() < RAMP_MAX {
+            let status = self.session.status().await?;
+            if matches!(status.state, State::Boot | State::Idle | State::Faulted) {
+                return Ok(());
+            }
+            if let Some(motion) = status.motion {
+                self.session.post(Command::Renew { motion }).await?;
+            }
+            self.session.listen(EVERY).await?;
+        }
+        Err(Error::NeverStands)
     }
 
     /// State and fault; and telemetry, if none has come, as another host may have ended it, or if the robot moves without
@@ -282,7 +331,7 @@ impl<'a> Attendance<'a> {
         self.robot.tell(json!({
             "problem": Value::Null,
             "name": seen(name.as_str()),
-            "board": board.as_str(),
+            "board": seen(board.as_str()),
             "firmware": format!("{major}.{minor}.{patch}"),
             "state": self.state.name(),
             "fault": fault,

@@ -37,7 +37,7 @@ const PAGE: Page = Page {
     ],
 };
 
-/// Serves the page until the program ends.
+/// Serves the page until Ctrl-C.
 pub fn serve(server: Server, robot: Arc<Robot>) -> Result<()> {
     let answers = Router::new()
         .route("/api/telemetry", get(telemetry))

@@ -53,7 +53,7 @@ impl History {
         }
         let dt_s = before.map(|before| (frame.t_us - before.t_us) as f64 * 1e-6);
         let wheel = |now: WheelTelemetry, before: Option<WheelTelemetry>| {
-            let moved_um = before.map(|before| now.setpoint_um - before.setpoint_um);
+            let moved_um = before.map(|before| now.setpoint_um.saturating_sub(before.setpoint_um));
             let setpoint_mps = moved_um.zip(dt_s).map(|(um, dt_s)| um as f64 * 1e-6 / dt_s);
             WheelNow {
                 speed_mps: f64::from(now.speed_um_s) * 1e-6,
@@ -68,7 +68,7 @@ impl History {
             wheel(frame.wheels.right, of.map(|wheels| wheels.right)),
         );
         self.samples.push_back(Sample { t_us: frame.t_us, wheels });
-        while self.samples.front().is_some_and(|first| first.t_us + SPAN_US < frame.t_us) {
+        while self.samples.front().is_some_and(|first| frame.t_us - first.t_us > SPAN_US) {
             self.samples.pop_front();
         }
         self.last = Some(*frame);

@@ -175,6 +175,18 @@ fn a_pause_and_late_telemetry_are_said() {
 }
 
 #[test]
+fn frames_that_no_robot_sends_are_shown_like_any_other() {
+    let mut history = History::default();
+    for (t_us, um) in [(0, i64::MIN), (1, i64::MAX), (u64::MAX - 1, i64::MIN), (u64::MAX, 0)] {
+        let wheel = WheelTelemetry { setpoint_um: um, counts: um, ..WheelTelemetry::default() };
+        let pose = Pose { x_um: um, y_um: um, heading_urad: um };
+        history.push(&Telemetry { t_us, wheels: WheelPair::both(wheel), pose, ..frame(1) });
+        let condition = condition();
+        text(&buffer((80, 24), &shown(&condition, &history)));
+    }
+}
+
+#[test]
 fn what_a_robot_calls_itself_moves_no_cursor() {
     let condition = Condition { robot: "a\x1b[2Jb\u{9b}31m".into(), ..condition() };
     let text = text(&buffer((80, 24), &shown(&condition, &history())));

@@ -122,7 +122,7 @@ impl<S: Read + Write> Client<S> {
                     let from = self.held.len();
                     self.held.extend(&buffer[from..from + len]);
                 }
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) if is_pause(&error) => {}
                 Err(_) => self.ended = true,
             }
         }
@@ -190,8 +190,8 @@ impl<S: Read + Write> Client<S> {
             let Some(Ok(frame)) = self.decoder.push(byte) else { continue };
             let its_own = frame.session() == self.session;
             match frame.channel {
-                // One connection, one session.
-                Channel::Hello | Channel::Open if !its_own => {}
+                // One connection, one session: nobody speaks for another host.
+                _ if !its_own => {}
                 Channel::Hello
                     if self.hello_at.is_some_and(|at| now.saturating_sub(at) < BETWEEN_HELLOS) => {}
                 channel @ (Channel::Hello | Channel::Open) => {
@@ -202,10 +202,7 @@ impl<S: Read + Write> Client<S> {
                     return Some(encoder.relay(&frame));
                 }
                 _ if self.let_in || !robot_has_key => return Some(encoder.relay(&frame)),
-                _ if std::mem::take(&mut self.opening)
-                    && its_own
-                    && frame.payload.len() <= SHORT =>
-                {
+                _ if std::mem::take(&mut self.opening) && frame.payload.len() <= SHORT => {
                     return Some(encoder.relay(&frame));
                 }
                 _ => {}
@@ -266,13 +263,19 @@ impl<S: Read + Write> Client<S> {
     fn send_unsent(&mut self) -> io::Result<()> {
         while !self.unsent.is_empty() {
             match self.stream.write(self.unsent.as_slices().0) {
+                Ok(0) => return Err(ErrorKind::WriteZero.into()),
                 Ok(len) => drop(self.unsent.drain(..len)),
-                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if is_pause(&error) => break,
                 Err(error) => return Err(error),
             }
         }
         Ok(())
     }
+}
+
+/// Whether a stream is as good as before.
+fn is_pause(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted)
 }
 
 enum Greeting {

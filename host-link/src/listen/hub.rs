@@ -128,7 +128,7 @@ mod tests {
     use std::io::{self, ErrorKind};
     use std::rc::Rc;
 
-    use shared_proto::Hello;
+    use shared_proto::{Command, Decoder, Hello, Request};
 
     use super::*;
 
@@ -186,5 +186,62 @@ mod tests {
             hub.pass_on(ms(now_ms), &|| true, &mut to_robot, &mut |_| ());
         }
         assert_eq!(passed_on_at, [0, 20, 40]);
+    }
+
+    #[test]
+    fn nobody_speaks_for_another_host() {
+        let (mut hub, driver, other) =
+            (Hub::default(), Connection::default(), Connection::default());
+        let mut encoder = Encoder::new();
+        for (connection, session) in [(&driver, 7), (&other, 8)] {
+            hub.join(connection.clone(), ms(0), &mut |_| ());
+            connection.0.borrow_mut().extend(encoder.hello(Hello::of_this_build(session)).iter());
+        }
+        hub.pass_on(ms(0), &|| true, &mut |_| (), &mut |_| ());
+        for session in [7, 8] {
+            let request = Request { session, id: u32::MAX, until_ms: 0, command: Command::Stop };
+            other.0.borrow_mut().extend(encoder.message(&request).iter());
+        }
+        let (mut decoder, mut sessions) = (Decoder::new(), Vec::new());
+        let mut to_robot = |bytes: &[u8]| {
+            for byte in bytes {
+                if let Some(Ok(frame)) = decoder.push(*byte) {
+                    sessions.push(frame.session());
+                }
+            }
+        };
+        hub.pass_on(ms(1), &|| true, &mut to_robot, &mut |_| ());
+        assert_eq!(sessions, [Some(8)], "what it says in its own session, and nothing else");
+    }
+
+    /// A client whose stream takes nothing, and says no error.
+    struct TakesNothing(Connection);
+
+    impl Read for TakesNothing {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            self.0.read(buffer)
+        }
+    }
+
+    impl Write for TakesNothing {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Ok(0)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_stream_that_takes_nothing_ends_its_client_and_holds_nobody_up() {
+        let (mut hub, connection) = (Hub::default(), Connection::default());
+        let hello = Encoder::new().hello(Hello::of_this_build(7));
+        connection.0.borrow_mut().extend(hello.iter());
+        hub.join(TakesNothing(connection), ms(0), &mut |_| ());
+        hub.pass_on(ms(0), &|| true, &mut |_| (), &mut |_| ());
+        let mut told = Vec::new();
+        hub.write(&hello, ms(1), &mut |event| told.push(event));
+        assert_eq!((told, hub.clients.len()), (vec![ClientEvent::Disconnected], 0));
     }
 }

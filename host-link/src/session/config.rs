@@ -4,7 +4,7 @@ use shared_proto::{Answer, Command, Config, ConfigOrigin, Refusal};
 
 use super::{Session, wrong_answer};
 use crate::error::{Error, Result};
-use crate::validate::valid_config;
+use crate::validate::{valid_config, with_plain_name};
 
 impl Session {
     /// The configuration in use.
@@ -15,8 +15,9 @@ impl Session {
         }
     }
 
-    /// Uses another configuration, reads it back and compares.
+    /// Uses another configuration, reads it back and compares. In its name a question mark replaces each control character.
     pub async fn write_config(&mut self, config: &Config) -> Result<()> {
+        let config = &with_plain_name(config.clone());
         config.validate().map_err(|error| Error::Refused {
             request: "use the configuration",
             refusal: Refusal::Config(error),

@@ -25,7 +25,7 @@ impl fmt::Display for ScenarioError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.origin)?;
         if let Some((line, column)) = self.place {
-            write!(f, ":{line}:{column}")?;
+            write!(f, ", line {line}, column {column}")?;
         }
         write!(f, ": {}\n  {}", self.problem, self.hint)
     }

@@ -60,18 +60,24 @@ fn a_scenario_survives_being_written_and_read() {
 #[test]
 fn an_error_names_file_line_column_and_cure() {
     let misspelt = complaint("name = 'x'\n[plant]\nbody.mass = 4.0\n");
-    assert!(misspelt.starts_with("robot.toml:3:6: unknown field `mass`"), "{misspelt}");
+    assert!(
+        misspelt.starts_with("robot.toml, line 3, column 6: unknown field `mass`"),
+        "{misspelt}"
+    );
     assert!(misspelt.ends_with("correct the name, or leave the line out"), "{misspelt}");
 
     let value = complaint("name = 'x'\n\n[plant]\nbody.mass_kg = -4.0\n");
-    assert!(value.starts_with("robot.toml:4:16: plant.body.mass_kg = -4 is out of"), "{value}");
+    assert!(
+        value.starts_with("robot.toml, line 4, column 16: plant.body.mass_kg = -4 is out of"),
+        "{value}"
+    );
     assert!(value.ends_with("plant.body.mass_kg must be from 0.05 to 500"), "{value}");
 
     let text = complaint("name = 'x'\nseed = 'seven'\n");
-    assert!(text.starts_with("robot.toml:2:8: invalid type: string"), "{text}");
+    assert!(text.starts_with("robot.toml, line 2, column 8: invalid type: string"), "{text}");
 
     let syntax = complaint("name = 'x'\nseed = \n");
-    assert!(syntax.starts_with("robot.toml:2:"), "{syntax}");
+    assert!(syntax.starts_with("robot.toml, line 2, column "), "{syntax}");
 
     assert!(complaint("seed = 1").contains("missing field `name`"));
 }
@@ -80,7 +86,7 @@ fn an_error_names_file_line_column_and_cure() {
 fn a_conflict_of_defaults_points_at_the_section_that_caused_it() {
     let text = "name = 'x'\n[plant.tyre]\nlongitudinal_stiffness_n_per_m = 2e6\n";
     let complaint = complaint(text);
-    assert!(complaint.starts_with("robot.toml:2:"), "{complaint}");
+    assert!(complaint.starts_with("robot.toml, line 2, column "), "{complaint}");
     assert!(complaint.contains("substep_us must be at most"), "{complaint}");
 }
 
@@ -106,7 +112,7 @@ fn faults_need_exactly_what_their_kind_has() {
     ] {
         let complaint = complaint(&fault(fields));
         assert!(complaint.contains(expected), "{fields}: {complaint}");
-        assert!(complaint.starts_with("robot.toml:"), "{complaint}");
+        assert!(complaint.starts_with("robot.toml, line "), "{complaint}");
     }
 }
 
@@ -183,20 +189,38 @@ fn drawn_robots_fill_their_ranges_and_stay_inside() {
 #[test]
 fn worn_parts_that_nothing_physical_has_are_refused_where_they_stand() {
     for (text, expected) in [
-        ("[plant]\nwheel.left.bend_rad = 2.0", "robot.toml:3:23: plant.wheel.left.bend_rad = 2"),
-        ("[plant]\nwheel.middle.bend_rad = 0.1", "robot.toml:3:7: unknown field `middle`"),
-        ("[plant]\ngear.left.backlash = 0.1", "robot.toml:3:11: unknown field `backlash`"),
+        (
+            "[plant]\nwheel.left.bend_rad = 2.0",
+            "robot.toml, line 3, column 23: plant.wheel.left.bend_rad = 2",
+        ),
+        (
+            "[plant]\nwheel.middle.bend_rad = 0.1",
+            "robot.toml, line 3, column 7: unknown field `middle`",
+        ),
+        (
+            "[plant]\ngear.left.backlash = 0.1",
+            "robot.toml, line 3, column 11: unknown field `backlash`",
+        ),
         ("[plant.floor.wet]\nx_m = 1.0", "missing field"),
         (
             "[plant.floor]\nbump = { x_m = 0, y_m = 0, radius_m = 0.1, height_m = 0.1 }",
-            "robot.toml:3:55: plant.floor.bump.height_m = 0.1",
+            "robot.toml, line 3, column 55: plant.floor.bump.height_m = 0.1",
         ),
-        ("[plant.encoder.left.error]\nmesh_teeth = 0", "robot.toml:3:14: plant.encoder.left.error"),
-        ("[camera]\nlens.distortion_per_m2 = 5", "robot.toml:3:26: camera.lens.distortion_per_m2"),
-        ("[camera]\nmarker.forward_m = nan", "robot.toml:3:20: camera.marker.forward_m"),
-        ("[camera.stale]\nshare = 0.9", "robot.toml:3:9: camera.stale.share"),
-        ("[gyro]\nscale = 3", "robot.toml:3:9: gyro.scale = 3"),
-        ("[gyro]\nbias = 3", "robot.toml:3:1: unknown field `bias`"),
+        (
+            "[plant.encoder.left.error]\nmesh_teeth = 0",
+            "robot.toml, line 3, column 14: plant.encoder.left.error",
+        ),
+        (
+            "[camera]\nlens.distortion_per_m2 = 5",
+            "robot.toml, line 3, column 26: camera.lens.distortion_per_m2",
+        ),
+        (
+            "[camera]\nmarker.forward_m = nan",
+            "robot.toml, line 3, column 20: camera.marker.forward_m",
+        ),
+        ("[camera.stale]\nshare = 0.9", "robot.toml, line 3, column 9: camera.stale.share"),
+        ("[gyro]\nscale = 3", "robot.toml, line 3, column 9: gyro.scale = 3"),
+        ("[gyro]\nbias = 3", "robot.toml, line 3, column 1: unknown field `bias`"),
     ] {
         let complaint = complaint(&format!("name = 'x'\n{text}\n"));
         assert!(complaint.contains(expected), "{text}: {complaint}");

@@ -50,6 +50,11 @@ impl CommandUnderTest {
             Then::Goes
         });
         assert_eq!(traced.code, Some(0), "{}: {}", command.line, traced.said[1]);
+        // Else a power failure may undo the rename, after what followed.
+        let (renames, syncs) = (Call::Takes("rename"), Call::Takes("sync"));
+        let is_kept = |at: usize| stops.get(at + 1) == Some(&syncs);
+        let mut renamed = (0..stops.len()).filter(|at| stops[*at] == renames);
+        assert!(renamed.all(is_kept), "{}: a name is not synced: {stops:?}", command.line);
         let new = Tree::of(&temp.path(""));
         again(&temp, command);
         let newer = Tree::of(&temp.path(""));

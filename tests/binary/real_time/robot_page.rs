@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::PTY;
 use crate::outcome::wait_for;
-use crate::served::Served;
+use crate::served::{Served, interrupt};
 use crate::temp_folder::TempFolder;
 
 /// The page of a robot, served.
@@ -174,4 +174,35 @@ fn what_a_page_asks_that_has_not_heard_the_robot_lately_moves_nothing() {
     assert!(fault.starts_with("emergency_stop"), "{fault}");
     assert_eq!(page.post("/api/clear", &json!({})), 200);
     wait_for("the end of the fault", || (page.state() == "idle").then_some(()));
+}
+
+#[test]
+fn ctrl_c_leaves_a_robot_that_the_page_drives_standing_and_ends_in_order() {
+    for listen in ["tcp:127.0.0.1:0", PTY] {
+        let temp = TempFolder::new();
+        let robot = Served::start(&temp, listen);
+        let mut page = RobotPage::of(&temp, robot.port());
+        wait_for("the robot on the page", || (page.state() == "idle").then_some(()));
+        let far = json!({"straight": {"distance_m": 5.0, "speed_mps": 0.3}});
+        wait_for("the drive", || {
+            page.hold(1, &far);
+            (page.state() == "driving").then_some(())
+        });
+        for _ in 0..10 {
+            page.hold(1, &far);
+        }
+        interrupt(&page.child);
+        let status = wait_for("the end", || page.child.try_wait().unwrap());
+        assert_eq!(status.code(), Some(0), "as `beeline sim`, which Ctrl-C ends as well");
+        // Motors off and no fault: it was stopped, and did not lose its host.
+        let there = robot.identify();
+        assert_eq!(there["status"]["state"], "idle", "{there}");
+        assert_eq!(there["status"]["fault"], Value::Null, "{there}");
+        assert!(robot.travelled_m() < 3.0);
+        // Nobody is told of a port that has no owner any more.
+        let announced = std::fs::read_dir(temp.path("beeline"));
+        let announced = announced.into_iter().flatten().flatten().map(|file| file.path());
+        let ports: Vec<_> = announced.filter(|file| file.extension().is_none()).collect();
+        assert_eq!(ports, [] as [std::path::PathBuf; 0]);
+    }
 }

@@ -1,5 +1,6 @@
 //! What describes the world: equations of effects for the model, scenarios for the simulator.
 
+use campaign::model::equation_error;
 use robot_model::effect::custom::CustomError;
 use robot_model::effect::{Custom, Effect, Memory};
 use robot_model::kinematics::WheelPair;
@@ -14,7 +15,8 @@ pub fn expression(input: &[u8]) {
     let Some(text) = text(input) else { return };
     let points = |error: &CustomError, text: &str| {
         assert!(text.get(error.at.clone()).is_some(), "{error:?} in {text:?}");
-        assert!(!error.problem.is_empty() && !error.hint.is_empty(), "{error:?}");
+        let told = equation_error(text, error);
+        assert!(!told.problem.is_empty() && !told.hint.is_empty(), "{error:?}");
     };
     let custom = match Custom::from_equation(text) {
         Ok(custom) => custom,

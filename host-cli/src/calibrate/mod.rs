@@ -39,6 +39,7 @@ use crate::error::{Error, Result};
 use crate::pose_source::{Mark, PoseSource};
 use crate::undo::{self, Undo};
 use crate::wheel_angles::geometry;
+use crate::words;
 use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::Session;
 
@@ -206,7 +207,9 @@ async fn experiment(
     if settings.out_and_back {
         bench.way_out = before.deviation();
         let back = bench.drive(&config, CalibrationDrive::Back).await?;
-        let both = before.and_back(&back, &geometry).map_err(Error::new)?;
+        let both = before
+            .and_back(&back, &geometry)
+            .map_err(|error| Error::new(words::out_and_back_error(&error)))?;
         (bench.tell)(CalibrateStep::OutAndBack(&both));
         wheel_weight = Estimate { value: both.wheel_weight, sigma: both.wheel_weight_sigma };
         basis = Basis::BothWays;

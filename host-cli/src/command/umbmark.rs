@@ -88,9 +88,8 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
 /// The effects that `explain` finds in the first set of squares.
 fn explained(outcome: &UmbmarkOutcome) -> Result<Vec<StepFound>> {
     let Some(campaign) = &outcome.campaign else { return Ok(Vec::new()) };
-    let answer =
-        robot_model::explain::explain(&campaign.to_model(std::path::Path::new("squares"))?)
-            .map_err(Error::new)?;
+    let campaign = campaign.to_model(std::path::Path::new("squares"))?;
+    let answer = robot_model::explain::explain(&campaign)?;
     Ok(answer.steps)
 }
 

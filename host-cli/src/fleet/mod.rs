@@ -19,6 +19,7 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use campaign::model::ModelFile;
+use campaign::words::recording_error;
 use campaign::{Campaign, CampaignError, RobotFile};
 use findings::headline::{Asked, headline};
 use robot_model::effect::{CATALOGUE, Effect, Role};
@@ -143,7 +144,7 @@ fn explained(folder: &Path) -> Result<(RobotFile, Studied), String> {
     // From the robot as recorded, whatever effects its model has been given since.
     let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
     let answer =
-        explain_given(&campaign, &CATALOGUE, &in_use).map_err(|error| error.to_string())?;
+        explain_given(&campaign, &CATALOGUE, &in_use).map_err(|error| recording_error(&error))?;
     let asked = Asked {
         runs: campaign.fitted_runs().count(),
         catalogue: &CATALOGUE,

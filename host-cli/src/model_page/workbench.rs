@@ -60,7 +60,7 @@ impl Workbench {
     ) -> Result<Self> {
         let model = ModelFile::read_or_empty(&ModelFile::place(folder))?;
         let in_use = model.in_use().iter().map(|entry| entry.id().to_owned()).collect();
-        let fitter = ModelFitter::new(&campaign).map_err(Error::new)?;
+        let fitter = ModelFitter::new(&campaign)?;
         Ok(Self {
             folder: folder.to_owned(),
             read,

@@ -12,6 +12,7 @@ mod together;
 use std::collections::HashSet;
 use std::path::Path;
 
+use campaign::words::recording_error;
 use campaign::{CampaignError, RobotFile};
 use robot_model::clocks::{self, ClockFound};
 use robot_model::kinematics::WheelPair;
@@ -274,11 +275,11 @@ impl Understood {
             if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
         drop(campaign);
         let (campaign, clocks) =
-            aligned.map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
+            aligned.map_err(|why| error(wheels, recording_error(&why), "record the log again"))?;
         self.clock.add(&clocks, campaign.runs.len());
         for mut recording in campaign.runs {
             let kind = RunKind::of(&robot, &recording)
-                .map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
+                .map_err(|why| error(wheels, recording_error(&why), "record the log again"))?;
             let begins = begun
                 .iter()
                 .find(|(name, _)| *name == recording.name)

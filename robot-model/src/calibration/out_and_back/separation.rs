@@ -196,16 +196,7 @@ pub enum OutAndBackError {
 
 impl fmt::Display for OutAndBackError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::SameDirection => write!(
-                f,
-                "both runs went the same way: one of them must be driven backwards, \
-                 without turning the robot"
-            ),
-            Self::BadNumber => write!(f, "an angle is not finite, or its sigma is negative"),
-            Self::Mixed => write!(f, "both runs must be read in the same way"),
-            Self::Reading(error) => error.fmt(f),
-        }
+        write!(f, "{self:?}")
     }
 }
 

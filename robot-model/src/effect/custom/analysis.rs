@@ -3,6 +3,7 @@
 //! All of this is found by evaluating it at a few steps; units are left to `dimensions.rs`.
 
 use super::equation::{Per, Target};
+use super::error::Motion;
 use super::evaluate::evaluate;
 use super::tree::Tree;
 use super::unit::Unit;
@@ -61,13 +62,13 @@ pub(super) fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
     })
 }
 
-/// In which motion an expression grows without bound, per second, and what to write instead. Every run contains
-/// such motions, and they would dominate a fit.
+/// In which motion an expression grows without bound, per second. Every run contains such motions, and they would
+/// dominate a fit.
 pub(super) fn without_bound(
     tree: &Tree,
     per: Per,
     count: usize,
-) -> Option<(&'static str, &'static str)> {
+) -> Option<Motion> {
     // The motion is slowed down to these shares; unbounded growth gives this factor from the first to the second.
     const SLOWER: [f64; 2] = [1e-3, 1e-6];
     const GROWS: f64 = 100.0;
@@ -97,9 +98,9 @@ pub(super) fn without_bound(
         })
     };
     if grows(&slowly) {
-        Some(("stands", "k / max(abs(v), 0.02[m/s])"))
+        Some(Motion::AtRest)
     } else if grows(&evenly) {
-        Some(("drives evenly", "k / max(abs(a), 0.02[m/s^2])"))
+        Some(Motion::ConstantSpeed)
     } else {
         None
     }

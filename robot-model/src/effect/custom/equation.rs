@@ -5,7 +5,7 @@
 use core::ops::Range;
 use std::collections::BTreeMap;
 
-use super::error::{CustomError, DefinitionPart};
+use super::error::{CustomError, CustomProblem, DefinitionPart};
 use super::parse::parse;
 use super::unit::Unit;
 
@@ -44,6 +44,13 @@ impl Target {
             Self::DsRight => "ds_right",
             Self::Dtheta => "dtheta",
             Self::Dn => "dn",
+        }
+    }
+
+    pub(super) const fn unit(self) -> Unit {
+        match self {
+            Self::Dtheta => Unit::ONE,
+            Self::DsLeft | Self::DsRight | Self::Dn => Unit([1.0, 0.0, 0.0]),
         }
     }
 }
@@ -91,13 +98,11 @@ impl Custom {
     /// Reads `dtheta = k * v^2 * omega`, or `dtheta/ds = ...`: target, per what, and the right-hand
     /// side. Errors point into the whole text.
     pub fn from_equation(text: &str) -> Result<Self, CustomError> {
-        let fail = |at: Range<usize>, problem: &str| {
-            let hint = "for example dtheta = k * v^2 * omega; the left is ds_left, ds_right, dtheta or \
-                        dn, with /dt, /ds or /dtheta behind it for per second, metre or radian";
-            Err(CustomError::new(DefinitionPart::Target, at, problem, hint))
+        let fail = |at: Range<usize>, problem: CustomProblem| {
+            Err(CustomError::new(DefinitionPart::Target, at, problem))
         };
         let Some(equals) = text.find('=') else {
-            return fail(0..text.len(), "there is no = in it");
+            return fail(0..text.len(), CustomProblem::NoEquals);
         };
         let left = text[..equals].trim();
         let begin = text.len() - text.trim_start().len();
@@ -108,12 +113,12 @@ impl Custom {
                 "dt" => (name, Per::Second),
                 "ds" => (name, Per::Metre),
                 "dtheta" => (name, Per::Radian),
-                _ => return fail(at, &format!("`{left}` cannot be changed")),
+                _ => return fail(at, CustomProblem::Target(left.to_owned())),
             },
         };
         let Some(target) = Target::ALL.into_iter().find(|target| target.name() == name.trim())
         else {
-            return fail(at, &format!("`{left}` cannot be changed"));
+            return fail(at, CustomProblem::Target(left.to_owned()));
         };
         let rest = &text[equals + 1..];
         let from = equals + 1 + rest.len() - rest.trim_start().len();

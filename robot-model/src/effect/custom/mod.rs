@@ -35,7 +35,7 @@
 //! | `analysis.rs` | which parameters are amplitudes, which values are plausible |
 //! | `evaluate.rs` | the value in a step, with derivatives |
 //! | `build.rs` | [`CustomEffect`]: all of it as an effect |
-//! | `error.rs` | [`CustomError`] |
+//! | `error.rs` | [`CustomError`]: what is wrong, and where |
 
 mod analysis;
 mod build;
@@ -51,10 +51,10 @@ mod unit;
 
 pub use build::CustomEffect;
 pub use equation::{Custom, Per, Target};
-pub use error::{CustomError, DefinitionPart};
+pub use error::{CustomError, CustomProblem, DefinitionPart, Expected, Motion, RequiredUnit};
 
 /// The powers of metre, second and kilogram of a unit, as parameters declare it.
 #[cfg(test)]
-pub(super) fn dimensions(unit: &str) -> Result<[f64; 3], String> {
+pub(super) fn dimensions(unit: &str) -> Result<[f64; 3], CustomProblem> {
     unit::Unit::parse(unit).map(|unit| unit.0)
 }

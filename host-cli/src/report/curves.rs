@@ -6,7 +6,7 @@ use robot_model::compare::{Component, Curve};
 use robot_model::estimation::SIGMAS_95;
 
 use super::{CampaignReport, legend};
-use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, levels, nice_step, number, ticks};
 
 /// At most so many drawings, the largest residuals first; more only if the residuals depend on more variables.
 const PANELS: usize = 6;
@@ -114,20 +114,7 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
 
 /// Lines and numbers of both axes, each with its ends.
 fn axes(html: &mut String, (x, span): (&Scale, (f64, f64)), (y, range): (&Scale, (f64, f64))) {
-    let (levels, places) = ticks(range, nice_step(range.1 - range.0, 5.0));
-    for level in levels {
-        let at = y.at(level);
-        let class = if level == 0.0 { "zero" } else { "g" };
-        let _ = write!(
-            html,
-            "<path class=\"{class}\" d=\"M{} {at}H{}\"/><text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
-            Px(X.0),
-            Px(X.1),
-            Px(X.0 - 8.0),
-            Px(at.0 + 4.0),
-            number(level, places)
-        );
-    }
+    levels(html, y, range, X);
     let (stops, places) = ticks(span, nice_step(span.1 - span.0, 6.0));
     for stop in stops {
         let _ = write!(

@@ -23,7 +23,7 @@ use shared_proto::{Command, Config, Fault, MotionEnd, State, Telemetry, WheelPai
 use super::floor::Floor;
 use super::settings;
 use crate::error::{Error, Result};
-use crate::wheel_angles::travel_m;
+use crate::wheel_angles::{for_model, travel_m};
 
 /// Time between two telemetry frames \[ms\].
 const PERIOD_MS: u16 = 5;
@@ -425,8 +425,8 @@ fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecordin
             .map(|(first, now)| now.applied_uvs.wrapping_sub(first.applied_uvs) as f64 * 1e-6);
         Sample {
             t_s: frame.t_us.saturating_sub(first.t_us) as f64 * 1e-6,
-            travel_m: kinematics::WheelPair::new(travel.left, travel.right),
-            applied_vs: kinematics::WheelPair::new(applied.left, applied.right),
+            travel_m: for_model(travel),
+            applied_vs: for_model(applied),
         }
     }))
 }

@@ -31,6 +31,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::positive("V_0", "V", 0.1, 6.0)],
     sign: "so much of each voltage is missing",
     shown_by: "rolling out after steps, against driving",
-    confounded_with: &["static_friction", "stribeck"],
     remedy: "add V_0 to each voltage that is not zero",
 };

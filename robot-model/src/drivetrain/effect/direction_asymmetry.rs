@@ -32,6 +32,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::amplitude("e", "V", 0.1, 3.0), MotorParameter::amplitude("d", "1", 0.02, 0.5)],
     sign: "forwards is harder for the left motor, backwards for the right one",
     shown_by: "steps both ways, straight on and on the spot",
-    confounded_with: &["load_torque"],
     remedy: "feedforward by wheel and direction, which `beeline tune` sets",
 };

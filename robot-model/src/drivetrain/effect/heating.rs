@@ -31,6 +31,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::amplitude("h", "1/s", 1e-3, 2e-2)],
     sign: "more resistance later",
     shown_by: "the first experiment once more at the end",
-    confounded_with: &[],
     remedy: "tune the warm robot",
 };

@@ -33,6 +33,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::amplitude("c", "1/V^2", 2e-4, 2e-2)],
     sign: "the more both motors draw, the less is left",
     shown_by: "steps at full voltage, of one wheel and of both",
-    confounded_with: &["quadratic_drag"],
     remedy: "measure the supply (protection.supply_v_min above 0), or use thicker wires and a stronger battery",
 };

@@ -125,7 +125,6 @@ static FACTS: MotorFacts = MotorFacts {
     ],
     sign: "",
     shown_by: "",
-    confounded_with: &[],
     remedy: "",
 };
 

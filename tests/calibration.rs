@@ -21,7 +21,7 @@ pub enum Instrument {
 
 /// How one robot's calibration went.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct CalibrationOutcome {
     /// Which robot.
     pub seed: u64,
     /// The true R_R / R_L.
@@ -40,7 +40,7 @@ pub struct Verdict {
     pub decision: &'static str,
 }
 
-impl Verdict {
+impl CalibrationOutcome {
     /// The factor by which the lateral error has fallen.
     pub fn factor(&self) -> f64 {
         (self.before_m / self.after_m).abs()
@@ -73,7 +73,7 @@ impl TrueRun {
 ///
 /// # Errors
 /// The message that a user would read.
-pub fn verdict_on(seed: u64, instrument: Instrument) -> Result<Verdict, String> {
+pub fn verdict_on(seed: u64, instrument: Instrument) -> Result<CalibrationOutcome, String> {
     verdict_on_scenario(&Scenario::draw(seed), instrument)
 }
 
@@ -81,7 +81,7 @@ pub fn verdict_on(seed: u64, instrument: Instrument) -> Result<Verdict, String> 
 ///
 /// # Errors
 /// The message that a user would read.
-pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Result<Verdict, String> {
+pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Result<CalibrationOutcome, String> {
     on_robot(scenario, async |robot| {
         let lab = robot.lab.clone();
         let source: &mut dyn PoseSource = match instrument {
@@ -111,7 +111,7 @@ pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Resul
             Decision::CannotTell => ("cannot tell", before.lateral_m()),
             Decision::NotARadius => ("not a radius", before.lateral_m()),
         };
-        Ok(Verdict {
+        Ok(CalibrationOutcome {
             seed: scenario.seed,
             true_ratio,
             wheel_weight: measured.value,
@@ -125,7 +125,7 @@ pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Resul
 }
 
 /// Calibrates many robots on all cores; the verdicts are in the order of the seeds.
-pub fn verdicts_on(seeds: &[u64], instrument: Instrument) -> Vec<Result<Verdict, String>> {
+pub fn verdicts_on(seeds: &[u64], instrument: Instrument) -> Vec<Result<CalibrationOutcome, String>> {
     in_order(seeds, |seed| verdict_on(*seed, instrument))
 }
 

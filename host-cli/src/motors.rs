@@ -53,7 +53,7 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
 /// Prints what is missing.
 pub fn show_answer(answer: &MotorAnswer) {
     say(paint(
-        if answer.steps.is_empty() && !answer.remains.structure { GOOD } else { BOLD },
+        if answer.steps.is_empty() && !answer.unexplained.structure { GOOD } else { BOLD },
         verdict(answer),
     ));
     show_held_out(answer.steps.last().map_or(&answer.baseline, |step| &step.errors));
@@ -76,15 +76,15 @@ pub fn show_answer(answer: &MotorAnswer) {
         "Errors are of experiments predicted by the others; those of this table to first order.",
     ));
     say("");
-    let remains = &answer.remains;
-    if remains.structure {
-        let by: Vec<_> = remains.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
+    let unexplained = &answer.unexplained;
+    if unexplained.structure {
+        let by: Vec<_> = unexplained.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
         say(format_args!(
             "{} {} that no effect here explains; it depends on {}. With it the error would fall to {}.",
             paint(WARN, "something remains:"),
-            millimetres(remains.size_m),
+            millimetres(unexplained.size_m),
             by.join(", "),
-            millimetres(remains.floor_m)
+            millimetres(unexplained.floor_m)
         ));
     } else {
         say(

@@ -53,9 +53,9 @@ pub fn judge(seed: u64, case: &Case) -> Score {
     let after_m = answer.steps.last().map_or(answer.baseline, |step| step.errors).cross_validated_m;
     let right = match case.kind {
         Kind::Strong | Kind::Weak | Kind::Two => ids.iter().all(|id| is_named(id)),
-        Kind::Nothing => answer.steps.is_empty() && !answer.remains.structure,
+        Kind::Nothing => answer.steps.is_empty() && !answer.unexplained.structure,
         Kind::Outside => {
-            answer.remains.structure || {
+            answer.unexplained.structure || {
                 let sound = sound_error_m(seed, case);
                 after_m <= AS_GOOD * sound
             }
@@ -80,13 +80,13 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         after_m * 1e3,
         answer.resolution_m * 1e3,
         answer.experiments,
-        if answer.remains.structure {
-            format!("flag {:?} {:.3}", answer.remains.depends_on, answer.remains.size_m * 1e3)
+        if answer.unexplained.structure {
+            format!("flag {:?} {:.3}", answer.unexplained.depends_on, answer.unexplained.size_m * 1e3)
         } else {
             format!(
                 "no flag, p {:.3}, to {:.3}",
-                answer.remains.p_value,
-                answer.remains.floor_m * 1e3
+                answer.unexplained.p_value,
+                answer.unexplained.floor_m * 1e3
             )
         }
     );

@@ -87,13 +87,13 @@ fn on_slope(slope_rad: f64) -> Result<Tuned, String> {
 #[test]
 fn a_slope_is_said_and_not_taken_for_friction() {
     let level = on_slope(0.0).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(level.fit.constants.push(), None);
+    assert_eq!(level.fit.constants.load_disturbance(), None);
     let tuned = on_slope(-0.03).unwrap_or_else(|error| panic!("{error}"));
     // m g sin(slope) r / 2 by wheel, in volts: 4 kg, 36 mm.
     let push_nm = 4.0 * 9.81 * (-0.03_f64).sin() * 0.036 / 2.0;
     let motor = Scenario::default().plant.motor.left;
     let expected_v = push_nm * motor.resistance_ohm / motor.wheel_torque_constant_nm_per_a();
-    let push = tuned.fit.constants.push().expect("both wheels feel it");
+    let push = tuned.fit.constants.load_disturbance().expect("both wheels feel it");
     assert!((push.volts / expected_v - 1.0).abs() < 0.15, "{push:?} {expected_v}");
     // What is saved is the friction that the robot has on the level.
     let saved = tuned.change.1.feedforward;

@@ -66,7 +66,7 @@ fn robot(common: &Common, args: &ServeArgs) -> Result<()> {
     };
     let robot = Arc::new(robot_page::Robot::default());
     let (beside, at) = (Arc::clone(&robot), address.clone());
-    std::thread::spawn(move || robot_page::attend(&at, key.as_ref(), &beside));
+    std::thread::spawn(move || robot_page::keep_session(&at, key.as_ref(), &beside));
     open_page(common, args, &server, Some(&address));
     robot_page::serve(server, robot)
 }

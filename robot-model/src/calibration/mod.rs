@@ -14,7 +14,7 @@ pub mod out_and_back;
 pub mod track_fit;
 pub mod wheel_weight;
 
-pub use out_and_back::{Leg, OutAndBack, Shared, Verdict};
+pub use out_and_back::{Leg, OutAndBack, Shared, CurvatureCause};
 pub use track_fit::{FitOptions, Track, TrackFit, TrackFitError, TrackSample, WheelAngles, fit_track};
 pub use wheel_weight::{
     Action, Advice, Contribution, Deviation, Experiment, Source, WheelWeight, WheelWeightError,

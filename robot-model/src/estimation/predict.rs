@@ -9,7 +9,7 @@ use crate::recording::run::PoseMeasurement;
 
 /// A predicted track beside the measured one, at the times of the measurements.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Track {
+pub struct PredictedTrack {
     /// What was measured.
     pub measured: Vec<PoseMeasurement>,
     /// What the model predicts for those times, from a start at the origin.
@@ -34,7 +34,7 @@ pub(crate) fn open_loop(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: Terms<'_, '_>,
-) -> Track {
+) -> PredictedTrack {
     let from = Pose::ORIGIN;
     open_loop_from(from, motion, measurements, terms)
 }
@@ -45,7 +45,7 @@ pub(crate) fn open_loop_as_seen(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: &[Term<'_>],
-) -> Track {
+) -> PredictedTrack {
     let terms = Terms::Fixed(terms);
     let first = within(motion, measurements).next().and_then(|measurement| measurement.heading_rad);
     let start = match first {
@@ -65,12 +65,12 @@ pub(crate) fn open_loop_from(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: Terms<'_, '_>,
-) -> Track {
+) -> PredictedTrack {
     let mut composer = Composer::without_derivatives(terms);
     let (view, _) = composer.view();
     let [ahead_m, left_m] = view.offset_m.map(|jet| jet.value);
     let delay_s = view.delay_s.value;
-    let mut track = Track::default();
+    let mut track = PredictedTrack::default();
     let mut pose = start;
     let mut begin_s = motion.start_s;
     let mut measurements = within(motion, measurements).peekable();
@@ -97,7 +97,7 @@ pub(crate) fn open_loop_from(
     track
 }
 
-impl Track {
+impl PredictedTrack {
     /// The start that brings the predicted positions nearest to the measured ones.
     ///
     /// `None` with fewer than two positions, or where all are in one place.

@@ -32,16 +32,16 @@ const AGAIN_AFTER: Duration = Duration::from_secs(1);
 /// Ramps of motions from the page, as a share of the largest acceleration.
 const ACCELERATION_SHARE: f64 = 0.5;
 
-/// Attends to the robot at this address for ever; if it is lost, it is looked for again.
-pub fn attend(address: &Address, key: Option<&Key>, robot: &Robot) -> ! {
+/// Keeps a session with the robot at this address for ever; a robot that is lost is looked for again.
+pub fn keep_session(address: &Address, key: Option<&Key>, robot: &Robot) -> ! {
     loop {
-        let attended = host_link::connect(address).and_then(|mut session| {
+        let ended = host_link::connect(address).and_then(|mut session| {
             if let Some(key) = key {
                 session.use_key(*key, key_file::random()?);
             }
-            host_link::block_on(Attendance::run(&mut session, robot))
+            host_link::block_on(RobotSession::run(&mut session, robot))
         });
-        if let Err(error) = attended {
+        if let Err(error) = ended {
             robot.tell(json!({
                 "problem": error.to_string(),
                 "advice": advice::on_link(&error),
@@ -55,7 +55,7 @@ pub fn attend(address: &Address, key: Option<&Key>, robot: &Robot) -> ! {
 }
 
 /// An open session.
-struct Attendance<'a> {
+struct RobotSession<'a> {
     session: &'a mut Session,
     robot: &'a Robot,
     identity: Identity,
@@ -81,7 +81,7 @@ struct Driving {
     held: Instant,
 }
 
-impl<'a> Attendance<'a> {
+impl<'a> RobotSession<'a> {
     async fn run(session: &'a mut Session, robot: &'a Robot) -> host_link::Result<()> {
         session.open().await?;
         let identity = session.identify().await?;

@@ -81,7 +81,11 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         answer.resolution_m * 1e3,
         answer.experiments,
         if answer.unexplained.structure {
-            format!("flag {:?} {:.3}", answer.unexplained.depends_on, answer.unexplained.size_m * 1e3)
+            format!(
+                "flag {:?} {:.3}",
+                answer.unexplained.depends_on,
+                answer.unexplained.size_m * 1e3
+            )
         } else {
             format!(
                 "no flag, p {:.3}, to {:.3}",

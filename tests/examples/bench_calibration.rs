@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use beeline_tests::calibration::{Instrument, CalibrationOutcome, quartiles, verdicts_on};
+use beeline_tests::calibration::{CalibrationOutcome, Instrument, quartiles, verdicts_on};
 
 /// The lateral error's median must fall by this factor with the camera.
 const FACTOR_MIN: f64 = 20.0;
@@ -78,8 +78,9 @@ struct Figures {
 fn report(name: &str, seeds: &[u64], instrument: Instrument) -> Figures {
     let results = verdicts_on(seeds, instrument);
     let good: Vec<&CalibrationOutcome> = results.iter().flatten().collect();
-    let column =
-        |f: fn(&CalibrationOutcome) -> f64| good.iter().map(|verdict| f(verdict)).collect::<Vec<f64>>();
+    let column = |f: fn(&CalibrationOutcome) -> f64| {
+        good.iter().map(|verdict| f(verdict)).collect::<Vec<f64>>()
+    };
     let mm = |f: fn(&CalibrationOutcome) -> f64| quartiles(&column(f))[1] * 1e3;
     let factor = quartiles(&column(CalibrationOutcome::factor));
     let worst_mm = column(|v| v.after_m.abs()).into_iter().fold(0.0, f64::max) * 1e3;

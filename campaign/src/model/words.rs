@@ -116,9 +116,7 @@ pub fn hint(problem: &CustomProblem) -> String {
             "a number can carry its unit: 0.3[m/s]"
         }
         P::WrongUnit { .. } => "divide it by something of its own unit",
-        P::Unexpected { expected: Expected::Operator, .. } => {
-            "an operator was expected: + - * / ^"
-        }
+        P::Unexpected { expected: Expected::Operator, .. } => "an operator was expected: + - * / ^",
         P::Unexpected { expected: Expected::OperatorOrClose, .. } => {
             "an operator or ) was expected"
         }
@@ -167,7 +165,8 @@ mod tests {
         ] {
             let custom = Custom::from_equation(equation);
             let error = custom.and_then(|custom| custom.build()).expect_err(equation);
-            let found = format!("{}; {}", super::problem(&error.problem), super::hint(&error.problem));
+            let found =
+                format!("{}; {}", super::problem(&error.problem), super::hint(&error.problem));
             assert!(found.starts_with(told), "{equation}: {found}");
         }
     }

@@ -1,6 +1,6 @@
 //! W_T's uncertainty in words.
 
-use robot_model::calibration::{Action, Advice, Source, CurvatureCause};
+use robot_model::calibration::{Action, Advice, CurvatureCause, Source};
 
 /// A source of uncertainty, for a table.
 pub const fn source(source: Source) -> &'static str {

@@ -54,9 +54,7 @@ pub fn out_and_back_error(error: &OutAndBackError) -> String {
             "both runs went the same way: drive one of them backwards, without turning the robot"
                 .to_owned()
         }
-        OutAndBackError::BadNumber => {
-            "an angle is not finite, or its sigma is negative".to_owned()
-        }
+        OutAndBackError::BadNumber => "an angle is not finite, or its sigma is negative".to_owned(),
         OutAndBackError::Mixed => "both runs must be read in the same way".to_owned(),
         OutAndBackError::Reading(error) => wheel_weight_error(error),
     }

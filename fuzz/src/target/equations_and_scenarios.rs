@@ -87,7 +87,7 @@ pub fn scenario(input: &[u8]) {
     assert_eq!(scenario, again);
     let mut target = SimTarget::new(&scenario, Options::default()).expect("there is no file");
     target.run_until_us(20_000);
-    let pose = target.lab().pose();
+    let pose = target.testbed().pose();
     let finite = [pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite());
     assert!(finite, "{pose:?}\n{written}");
 }

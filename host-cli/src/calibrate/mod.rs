@@ -27,7 +27,7 @@ use std::path::PathBuf;
 
 use robot_model::calibration::track_fit::Estimate;
 use robot_model::calibration::wheel_weight::SIGMAS_95;
-use robot_model::calibration::{Deviation, OutAndBack, CurvatureCause};
+use robot_model::calibration::{CurvatureCause, Deviation, OutAndBack};
 use robot_model::kinematics::Geometry;
 use shared_proto::{Config, ConfigOrigin, Identity};
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use robot_model::calibration::track_fit::Estimate;
 use robot_model::calibration::wheel_weight::SIGMAS_95;
-use robot_model::calibration::{OutAndBack, CurvatureCause, WheelWeight};
+use robot_model::calibration::{CurvatureCause, OutAndBack, WheelWeight};
 use robot_model::kinematics::{Geometry, Pose};
 
 /// A calibration, ready to be drawn.

@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 
 use robot_model::calibration::track_fit::Estimate;
-use robot_model::calibration::{Deviation, Experiment, OutAndBack, CurvatureCause};
+use robot_model::calibration::{CurvatureCause, Deviation, Experiment, OutAndBack};
 use robot_model::kinematics::dead_reckon;
 use robot_model::kinematics::{Geometry, Pose, WheelPair};
 

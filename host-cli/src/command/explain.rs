@@ -47,8 +47,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
         let combinations = if answer.steps.is_empty() {
             Vec::new()
         } else {
-            let comparer =
-                Comparer::with_noise(&campaign, OdometryNoise::TYPICAL)?;
+            let comparer = Comparer::with_noise(&campaign, OdometryNoise::TYPICAL)?;
             net_changes(&comparer, &effects_with_values(&answer.steps, &catalogue))
         };
         show(&answer, &AnswerContext { combinations, ..context });

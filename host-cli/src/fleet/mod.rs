@@ -140,10 +140,7 @@ pub fn study<'a>(
 }
 
 /// Explains the campaign in a folder.
-fn explained(
-    folder: &Path,
-    catalogue: &[&dyn Effect],
-) -> Result<(RobotFile, Studied), String> {
+fn explained(folder: &Path, catalogue: &[&dyn Effect]) -> Result<(RobotFile, Studied), String> {
     let words = |error: CampaignError| error.to_string();
     let (read, recordings) = Campaign::read_both(folder).map_err(words)?;
     let campaign = recordings.into_model(&read, folder).map_err(words)?;

@@ -11,10 +11,10 @@
 //! else. A tab that is closed or frozen, a network that is cut and a server that is killed stop the robot alike, a
 //! [lease](host_link::session::LEASE) after the last message.
 
-mod robot_session;
 mod robot;
+mod robot_session;
 mod server;
 
-pub use robot_session::keep_session;
 pub use robot::Robot;
+pub use robot_session::keep_session;
 pub use server::serve;

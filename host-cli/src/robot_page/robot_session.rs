@@ -86,7 +86,7 @@ impl<'a> RobotSession<'a> {
         session.open().await?;
         let identity = session.identify().await?;
         let config = session.read_config().await?;
-        let mut attendance = Self {
+        let mut robot_session = Self {
             session,
             robot,
             identity,
@@ -102,15 +102,15 @@ impl<'a> RobotSession<'a> {
         let mut asked: Option<Instant> = None;
         loop {
             if asked.is_none_or(|asked| asked.elapsed() > CONDITION_EVERY) {
-                attendance.ask_condition().await?;
+                robot_session.ask_condition().await?;
                 asked = Some(Instant::now());
             }
             for wish in robot.take_wishes() {
-                attendance.carry_out(wish).await?;
+                robot_session.carry_out(wish).await?;
             }
-            attendance.session.listen(EVERY).await?;
-            attendance.take_what_came();
-            attendance.leave_off().await?;
+            robot_session.session.listen(EVERY).await?;
+            robot_session.take_what_came();
+            robot_session.leave_off().await?;
         }
     }
 

@@ -114,7 +114,13 @@ impl Mended {
         self.poses = kept.map(|(pose, _)| *pose).collect();
     }
 
-    fn without_jumps(&mut self, track: &ThinnedRun, reckoned: &[Pose], late_s: f64, direction_rad: f64) {
+    fn without_jumps(
+        &mut self,
+        track: &ThinnedRun,
+        reckoned: &[Pose],
+        late_s: f64,
+        direction_rad: f64,
+    ) {
         let (sin, cos) = direction_rad.sin_cos();
         let placed: Vec<(usize, [f64; 2], [f64; 2], f64)> = (self.poses.iter().enumerate())
             .filter_map(|(k, pose)| {

@@ -166,7 +166,12 @@ fn scales(noise: &OdometryNoise) -> (f64, f64) {
     (position_m, noise.heading_sigma_rad.hypot(noise.heading_wobble_rad))
 }
 
-fn compared(index: usize, run: &PreparedRun, track: &PredictedTrack, noise: &OdometryNoise) -> RunCompared {
+fn compared(
+    index: usize,
+    run: &PreparedRun,
+    track: &PredictedTrack,
+    noise: &OdometryNoise,
+) -> RunCompared {
     let (position_m, heading_rad) = scales(noise);
     let errors = track.errors(position_m, heading_rad);
     let end = errors.iter().rev().find_map(|error| error.position_m);

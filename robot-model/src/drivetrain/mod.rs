@@ -37,9 +37,9 @@ pub mod effect;
 mod fit;
 mod gains;
 mod intervals;
+mod load_disturbance;
 mod missing;
 mod model;
-mod load_disturbance;
 mod recording;
 mod regression;
 #[cfg(test)]
@@ -48,12 +48,12 @@ mod tests;
 pub use effect::{MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, MotorRole};
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
+pub use load_disturbance::LoadDisturbance;
 pub use missing::{
     BaselineErrors, EXPERIMENTS_MIN, Estimate, Experiment, ExperimentKind, KnownRobot,
-    MissingError, MotorAnswer, MotorErrors, MotorStep, NextExperiment, MotorRegressor, MotorUnexplained, Tried,
-    baseline_errors, missing,
+    MissingError, MotorAnswer, MotorErrors, MotorRegressor, MotorStep, MotorUnexplained,
+    NextExperiment, Tried, baseline_errors, missing,
 };
 pub use model::{Drivetrain, WheelMotor};
-pub use load_disturbance::LoadDisturbance;
 pub use recording::{Sample, VoltageRecording};
 pub use regression::regress;

@@ -1,7 +1,7 @@
 //! Does a calibration make robots drive straight, and is its uncertainty right?
 
 use beeline_tests::calibration::{
-    Instrument, CalibrationOutcome, quartiles, verdict_on_scenario, verdicts_on,
+    CalibrationOutcome, Instrument, quartiles, verdict_on_scenario, verdicts_on,
 };
 use beeline_tests::robot::on_robot;
 use host_cli::calibrate::{CalibrateStep, Settings, calibrate};
@@ -66,11 +66,11 @@ fn a_robot_that_cannot_save_keeps_its_wheel_weight_and_the_host_remembers_nothin
     let settings =
         Settings { undo_folder: Some(folder.path().join("state")), ..Settings::default() };
     on_robot(&Scenario::draw(1), async |robot| {
-        let lab = robot.lab.clone();
-        let mut instrument = Camera::new(lab.clone());
+        let testbed = robot.testbed.clone();
+        let mut instrument = Camera::new(testbed.clone());
         let mut tell = |step: CalibrateStep<'_>| {
             if let CalibrateStep::Written(_) = step {
-                lab.write_protect_flash(true);
+                testbed.write_protect_flash(true);
             }
         };
         let before = robot.session.read_config().await.unwrap();

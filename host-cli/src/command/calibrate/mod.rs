@@ -45,7 +45,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let undo_folder = if forgets { None } else { Some(state_folder()?) };
-    let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
+    let outcome = with_robot(&common.port, &common.sim(), async |session, testbed| {
         let config = session.read_config().await?;
         let motion = straight(args.distance, &args.profile, &config);
         limits::check_distance(&motion, &config)?;
@@ -58,7 +58,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             runs: args.runs.unwrap_or(1),
             undo_folder,
         };
-        let mut source = pose_source::of_calibration(args, lab)?;
+        let mut source = pose_source::of_calibration(args, testbed)?;
         let mut printer = ProgressPrinter::new(common, &settings, args);
         calibrate(session, &mut *source, &settings, &mut |step| printer.print(step)).await
     })?;

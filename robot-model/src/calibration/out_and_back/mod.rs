@@ -33,4 +33,4 @@ mod separation;
 #[cfg(test)]
 mod tests;
 
-pub use separation::{Leg, MeasuredBy, OutAndBack, OutAndBackError, Shared, CurvatureCause};
+pub use separation::{CurvatureCause, Leg, MeasuredBy, OutAndBack, OutAndBackError, Shared};

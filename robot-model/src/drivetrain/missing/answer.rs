@@ -5,9 +5,9 @@ use super::experiment::{Experiment, KnownRobot};
 use super::least_squares::{Fitted, Model, Problem};
 use super::modes::Modes;
 use super::next_experiment::{NextExperiment, next_experiment};
-use super::unexplained::{MotorUnexplained, unexplained};
 use super::selection::{Judged, gain, select};
 use super::simulate::BASELINE;
+use super::unexplained::{MotorUnexplained, unexplained};
 use crate::drivetrain::effect::MotorFacts;
 use crate::drivetrain::regression::regress;
 

@@ -24,12 +24,12 @@ mod experiment;
 mod least_squares;
 mod modes;
 mod next_experiment;
-mod unexplained;
 mod screening;
 mod selection;
 mod simulate;
 #[cfg(test)]
 mod tests;
+mod unexplained;
 
 pub use answer::{
     BaselineErrors, EXPERIMENTS_MIN, Estimate, MissingError, MotorAnswer, MotorErrors, MotorStep,

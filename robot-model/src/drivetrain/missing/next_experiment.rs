@@ -3,8 +3,8 @@
 use super::classes::Rival;
 use super::experiment::Experiment;
 use super::least_squares::{Fitted, Problem};
-use super::unexplained::{MotorRegressor, MotorUnexplained, volts_max};
 use super::simulate::Simulation;
+use super::unexplained::{MotorRegressor, MotorUnexplained, volts_max};
 use crate::drivetrain::recording::{Sample, VoltageRecording};
 use crate::kinematics::WheelPair;
 

@@ -232,7 +232,11 @@ fn group(
 }
 
 /// What remains beside a model.
-pub(super) fn unexplained(problem: &Problem<'_>, selected: &Selected, last: &Judged) -> MotorUnexplained {
+pub(super) fn unexplained(
+    problem: &Problem<'_>,
+    selected: &Selected,
+    last: &Judged,
+) -> MotorUnexplained {
     const ALL: [MotorRegressor; 7] = [
         MotorRegressor::Speed,
         MotorRegressor::Direction,

@@ -64,11 +64,7 @@ pub(super) fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
 
 /// In which motion an expression grows without bound, per second. Every run contains such motions, and they would
 /// dominate a fit.
-pub(super) fn without_bound(
-    tree: &Tree,
-    per: Per,
-    count: usize,
-) -> Option<Motion> {
+pub(super) fn without_bound(tree: &Tree, per: Per, count: usize) -> Option<Motion> {
     // The motion is slowed down to these shares; unbounded growth gives this factor from the first to the second.
     const SLOWER: [f64; 2] = [1e-3, 1e-6];
     const GROWS: f64 = 100.0;

@@ -188,11 +188,7 @@ fn unit_of_power(
     if let Some(power) = constant(exponent) {
         return one.plus(unit, power);
     }
-    equations.push(Equation {
-        open: unit,
-        at: base.at.clone(),
-        required: RequiredUnit::Base,
-    });
+    equations.push(Equation { open: unit, at: base.at.clone(), required: RequiredUnit::Base });
     one
 }
 

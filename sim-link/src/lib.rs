@@ -26,7 +26,7 @@ pub fn session(wire: &HostWire, number: u32, port: impl Into<String>) -> Session
     Session::new(SimWire(wire.clone()), Clock::new(VirtualTime), number, port.into())
 }
 
-/// Triggers the laboratory's camera when a recording begins.
+/// Triggers the testbed's camera when a recording begins.
 pub fn camera_trigger(testbed: Testbed) -> Trigger {
     Rc::new(move |t_us| testbed.trigger_camera(t_us))
 }

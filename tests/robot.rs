@@ -29,7 +29,7 @@ pub struct Snapshot {
     pub current_a: WheelPair<f64>,
 }
 
-/// A robot in its laboratory, and a host that has shaken hands with it.
+/// A robot in its testbed, and a host that has shaken hands with it.
 pub struct Robot {
     /// The host's session.
     pub session: Session,

@@ -14,7 +14,7 @@ use crate::motor_driver::{BoardLines, Effect as MotorEffect};
 
 /// What a procedure on the emulated board works with.
 pub struct Bench {
-    /// The laboratory around the robot.
+    /// The testbed around the robot.
     pub testbed: Testbed,
     /// The host's session; not opened yet.
     pub session: Session,

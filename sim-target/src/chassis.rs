@@ -19,7 +19,7 @@ use crate::testbed::Testbed;
 use crate::wire::{HostWire, Wire, WireParameters};
 use crate::world::World;
 
-/// Plant, laboratory and serial line on this thread's virtual clock. One at a time per thread.
+/// Plant, testbed and serial line on this thread's virtual clock. One at a time per thread.
 pub struct Chassis {
     testbed: Testbed,
     to_robot: Wire,
@@ -49,7 +49,7 @@ impl Chassis {
         }
     }
 
-    /// The laboratory round the robot.
+    /// The testbed round the robot.
     pub fn testbed(&self) -> Testbed {
         self.testbed.clone()
     }

@@ -2,7 +2,7 @@
 //!
 //! [`SimTarget`] puts everything together: the tasks of `firmware` on an embassy executor, the
 //! hardware interface on a [`plant`] of forces and torques, a serial line, and [`instruments`] that
-//! measure the robot as a laboratory would. A [`scenario`] describes the robot. One seed draws everything
+//! measure the robot as a testbed would. A [`scenario`] describes the robot. One seed draws everything
 //! that is random; the same seed gives the same bytes.
 
 mod chassis;

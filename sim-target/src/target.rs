@@ -191,7 +191,7 @@ impl SimTarget {
         HostWire { to_robot: self.to_robot.clone(), to_host: self.to_host.clone() }
     }
 
-    /// The laboratory round the robot.
+    /// The testbed round the robot.
     pub fn testbed(&self) -> Testbed {
         self.testbed.clone()
     }

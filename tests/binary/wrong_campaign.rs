@@ -24,7 +24,7 @@ fn a_radius_that_is_5_percent_off_is_the_first_thing_said_and_nothing_is_written
     let radius_m: f64 = number.split_whitespace().next().unwrap().parse().unwrap();
     // Four digits are printed, and the radius grows with the speed by up to 0.7 %.
     assert!((radius_m / 0.036 - 1.0).abs() < 0.01, "{radius_m}");
-    assert!(number.contains("(it says 0.0342) in robot.toml."), "{said}");
+    assert!(number.contains("(now 0.0342) in robot.toml."), "{said}");
 
     temp.run("config save --flash flash").ok();
     let before = temp.read("flash");

@@ -143,7 +143,7 @@ fn every_fault_at_cruise_is_named_and_latched_and_the_motors_are_off_in_time() {
     println!(
         "                                                                controlled stop after"
     );
-    let silences = [("host silent", silent), ("host talks, does not renew", talking)];
+    let silences = [("host silent", silent), ("host sends, does not renew", talking)];
     for (what, Found { fault, off_ms }) in silences {
         println!("{what:<32} {:<30} {off_ms:>10.2} ms {:>6.0} ms", fault.to_string(), 250.0);
     }

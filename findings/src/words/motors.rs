@@ -26,7 +26,7 @@ pub fn verdict(answer: &MotorAnswer) -> String {
         more => format!("{} effects are missing: {}. With them", more.len(), more.join("; ")),
     };
     let after = error(last.errors.cross_validated_m);
-    let rest = if answer.unexplained.structure { " Something else remains." } else { "" };
+    let rest = if answer.unexplained.structure { " Something else is unexplained." } else { "" };
     format!(
         "{found} the cross-validated error falls from {baseline} to {after}; counts hide {hidden}.{rest}"
     )

@@ -150,7 +150,9 @@ fn too_small_to_matter(
     let moves = format!("less than {} mm", at_least(1e3 * least_m));
     match slight {
         [] => None,
-        [_] => Some(format!("One effect is present, but moves the robot by {moves}: {}.", names[0])),
+        [_] => {
+            Some(format!("One effect is present, but moves the robot by {moves}: {}.", names[0]))
+        }
         _ => Some(format!(
             "{} effects are present, but together move the robot by {moves}: {}.",
             number_word(slight.len()),
@@ -225,28 +227,16 @@ pub fn on_held_out(held_out: &HeldOut) -> String {
 #[cfg(test)]
 mod tests {
     use robot_model::estimation::ErrorPair;
-    use robot_model::explain::Evidence;
 
     use super::*;
-    use crate::empty_answer::nothing_found;
+    use crate::empty_answer::{nothing_found, step};
 
     fn errors(mm: f64, mrad: f64) -> Errors {
         Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
     }
 
     fn answer(class: &[&str], from: Errors, to: Errors) -> Answer {
-        let step = StepFound {
-            effect: class[0].into(),
-            class: class.iter().map(|id| (*id).to_owned()).collect(),
-            parameters: Vec::new(),
-            fitted: to,
-            cross_validated: to,
-            p_value: 1e-9,
-            evidence: Evidence::default(),
-            effect_size_m: 1e-2,
-            moves_no_track: false,
-            matters: true,
-        };
+        let step = StepFound { fitted: to, cross_validated: to, ..step(class) };
         Answer {
             baseline: ErrorPair { fitted: from, cross_validated: from },
             steps: vec![step],

@@ -66,7 +66,7 @@ pub(crate) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
 }
 
 /// A line and a number at each round value of the vertical axis, from one end of the horizontal one to the other.
-pub(crate) fn levels(svg: &mut String, y: &Scale, range: (f64, f64), ends: (f64, f64)) {
+pub(crate) fn grid_rows(svg: &mut String, y: &Scale, range: (f64, f64), ends: (f64, f64)) {
     let (levels, decimals) = ticks(range, nice_step(range.1 - range.0, 5.0));
     for level in levels {
         let at = y.at(level);
@@ -79,6 +79,27 @@ pub(crate) fn levels(svg: &mut String, y: &Scale, range: (f64, f64), ends: (f64,
             Px(ends.0 - 8.0),
             Px(at.0 + 4.0),
             number(level, decimals)
+        );
+    }
+}
+
+/// A line from top to bottom, and a number below it at `text_y`, at each of these values of the horizontal axis.
+pub(crate) fn grid_columns(
+    svg: &mut String,
+    x: &Scale,
+    (values, decimals): (Vec<f64>, usize),
+    (top, bottom): (f64, f64),
+    text_y: f64,
+) {
+    for value in values {
+        let at = x.at(value);
+        let _ = write!(
+            svg,
+            "<path class=\"g\" d=\"M{at} {}V{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            Px(top),
+            Px(bottom),
+            Px(text_y),
+            number(value, decimals)
         );
     }
 }

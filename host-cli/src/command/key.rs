@@ -19,8 +19,10 @@ pub(super) fn run(common: &Common, command: &KeyCommand) -> Result<()> {
     match command {
         KeyCommand::New { file } => {
             new(file)?;
-            let words =
-                format!("{} written: with this key in a robot, whoever has the file can drive it", file.display());
+            let words = format!(
+                "{} written: with this key in a robot, whoever has the file can drive it",
+                file.display()
+            );
             tell(common.json, json!({ "file": file }), words);
             Ok(())
         }

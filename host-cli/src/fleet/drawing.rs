@@ -7,7 +7,7 @@ use robot_model::explain::ParameterFound;
 use robot_model::fleet::RobotJudged;
 
 use super::{FleetParameter, Kind, Studied, places};
-use crate::calibration_page::scale::{Px, Scale, levels};
+use crate::calibration_page::scale::{Px, Scale, grid_rows};
 use crate::escape::html as escape;
 
 const WIDTH: f64 = 460.0;
@@ -141,7 +141,7 @@ fn axes(
     (y, range): (&Scale, (f64, f64)),
     over_time: bool,
 ) {
-    levels(svg, y, range, X);
+    grid_rows(svg, y, range, X);
     if !over_time {
         let _ = write!(
             svg,

@@ -6,7 +6,7 @@ use robot_model::compare::{Component, Curve};
 use robot_model::estimation::SIGMAS_95;
 
 use super::{CampaignReport, legend};
-use crate::calibration_page::scale::{Px, Scale, levels, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, grid_rows, nice_step, number, ticks};
 
 /// At most so many drawings, the largest residuals first; more only if the residuals depend on more variables.
 const PANELS: usize = 6;
@@ -114,7 +114,7 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
 
 /// Lines and numbers of both axes, each with its ends.
 fn axes(html: &mut String, (x, span): (&Scale, (f64, f64)), (y, range): (&Scale, (f64, f64))) {
-    levels(html, y, range, X);
+    grid_rows(html, y, range, X);
     let (stops, places) = ticks(span, nice_step(span.1 - span.0, 6.0));
     for stop in stops {
         let _ = write!(

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use robot_model::compare::RegimeError;
 
 use super::{CampaignReport, legend};
-use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, grid_columns, nice_step, ticks};
 use crate::escape::html as escape;
 use crate::words;
 
@@ -31,17 +31,8 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
         Px(x.at(1.2).0 - X.0),
         Px(bottom - 22.0)
     );
-    let (levels, places) = ticks((0.0, most), nice_step(most, 6.0));
-    for level in levels {
-        let at = x.at(level);
-        let _ = write!(
-            html,
-            "<path class=\"g\" d=\"M{at} 22V{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            Px(bottom),
-            Px(bottom + 17.0),
-            number(level, places)
-        );
-    }
+    let columns = ticks((0.0, most), nice_step(most, 6.0));
+    grid_columns(html, &x, columns, (22.0, bottom), bottom + 17.0);
     let _ = write!(
         html,
         "<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">times noise</text>\

@@ -435,8 +435,10 @@ fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecordin
 pub fn identify(recordings: &[VoltageRecording]) -> Result<DrivetrainFit> {
     drivetrain::fit(recordings).map_err(|error| match error {
         FitError::TooFew | FitError::NoMotion => no_motion(),
-        FitError::NoConstants => Error::new("these wheels did not respond to the voltages as motors do")
-            .hint("is somebody holding the robot? Is a wheel off the ground, or slipping?"),
+        FitError::NoConstants => {
+            Error::new("these wheels did not respond to the voltages as motors do")
+                .hint("is somebody holding the robot? Is a wheel off the ground, or slipping?")
+        }
     })
 }
 

@@ -75,7 +75,7 @@ fn a_counter_of_16_bits_that_went_round_is_named_as_such_with_its_row() {
     for words in [
         "column 2: ",
         "left_counts goes from 65",
-        "in one step: its 16-bit counter went round",
+        "in one step: its 16-bit counter wrapped around",
         "add 65536 from this row on",
     ] {
         assert!(message.contains(words), "{words}: {message}");

@@ -15,7 +15,7 @@ use campaign::model::ModelFile;
 pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
     let needs = match args.to {
         ExportFormat::Tum => Some("a folder: two files a run go into it"),
-        ExportFormat::Mcap => Some("a file: a bag is no text"),
+        ExportFormat::Mcap => Some("a file: a bag is not text"),
         _ => None,
     };
     if let (None, Some(what)) = (&args.output, needs) {

@@ -27,7 +27,7 @@ impl MotorEffect for DirectionAsymmetry {
 
 static FACTS: MotorFacts = MotorFacts {
     id: "direction_asymmetry",
-    name: "motors run easier one way",
+    name: "the motors run more easily one way",
     equation: "e m + kV (1 + d m sgn v) v, m = 1 left, -1 right",
     parameters: &[MotorParameter::amplitude("e", "V", 0.1, 3.0), MotorParameter::amplitude("d", "1", 0.02, 0.5)],
     sign: "forwards is harder for the left motor, backwards for the right one",

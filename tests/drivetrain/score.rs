@@ -1,6 +1,8 @@
 //! What `explain --drivetrain` says about a case, and whether that is right.
 
-use robot_model::drivetrain::{Experiment, MotorAnswer, baseline_errors, missing};
+use robot_model::drivetrain::{
+    Experiment, MotorAnswer, MotorUnexplained, baseline_errors, missing,
+};
 
 use super::case::{Case, Kind};
 use super::hidden::Hidden;
@@ -80,21 +82,18 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         after_m * 1e3,
         answer.resolution_m * 1e3,
         answer.experiments,
-        if answer.unexplained.structure {
-            format!(
-                "flag {:?} {:.3}",
-                answer.unexplained.depends_on,
-                answer.unexplained.size_m * 1e3
-            )
-        } else {
-            format!(
-                "no flag, p {:.3}, to {:.3}",
-                answer.unexplained.p_value,
-                answer.unexplained.floor_m * 1e3
-            )
-        }
+        flag(&answer.unexplained)
     );
     Score { kind: case.kind, right: Some(right), false_alarm, covers: covers(case, &answer), text }
+}
+
+fn flag(unexplained: &MotorUnexplained) -> String {
+    let MotorUnexplained { structure, depends_on, p_value, size_m, floor_m } = unexplained;
+    if *structure {
+        format!("flag {depends_on:?} {:.3}", size_m * 1e3)
+    } else {
+        format!("no flag, p {p_value:.3}, to {:.3}", floor_m * 1e3)
+    }
 }
 
 /// How far the baseline is off on the same robot with nothing hidden.

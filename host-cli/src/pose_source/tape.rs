@@ -18,11 +18,12 @@ use sim_target::Testbed;
 
 use super::align::{Reckoned, on_robot_clock};
 use super::confirm::confirm;
+use super::confirm::{ask_for, stopped};
 use super::reading::{
     Heading, Reading, Reply, as_read, parse_deviation, parse_heading, parse_pose, parse_reply,
 };
 use super::track_file::no_shift;
-use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma, ask_for, stopped};
+use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma};
 use crate::error::Result;
 use crate::quantity::{Length, join_units};
 use crate::ui;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use robot_model::residuals::{PlaceSeen, Regressor};
 
-use super::CampaignReport;
+use super::campaign_report::CampaignReport;
 use crate::calibration_page::scale::{Px, Scale, bounds, grid_columns, nice_step, number, ticks};
 
 const WIDTH_MAX: f64 = 940.0;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use robot_model::estimation::Errors;
 
-use super::CampaignReport;
+use super::campaign_report::{CampaignReport, before};
 use crate::calibration_page::scale::{Px, Scale, grid_columns, nice_step, number, ticks};
 use crate::escape::html as escape;
 use crate::quantity::p_value;
@@ -124,7 +124,7 @@ fn drawing_as(report: &CampaignReport<'_>, layout: &Layout) -> (f64, String) {
 
 fn rows(report: &CampaignReport<'_>, layout: &Layout) -> Vec<Row> {
     let answer = report.answer;
-    let first = vec![super::before(answer).into()];
+    let first = vec![before(answer).into()];
     let baseline = [answer.baseline.fitted, answer.baseline.cross_validated];
     let mut rows = vec![Row::new(TOP, first, String::new(), baseline, layout)];
     for step in &answer.steps {

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use campaign::CampaignError;
 
-use super::{Choice, Sources, is_same};
+use super::offer::is_same;
+use super::{Choice, Sources};
 use crate::bag::{of_topic, stamp_s};
 use crate::log::{Beside, Note, error, ordered};
 use crate::message::{Message, MessageType};

@@ -21,7 +21,7 @@ use crate::odometry;
 use crate::text::{self, Mapping};
 use crate::wpilog::{self, is_wpilog};
 use file::{files, is_bag};
-use offer::{of_poses, of_text, of_topic, pairs_of_wheels, wheels_of_topic};
+use offer::{is_same, of_poses, of_text, of_topic, pairs_of_wheels, wheels_of_topic};
 
 /// Parts of hints.
 const BACK: &str = "computed from the wheels alone, they can be computed back: add";
@@ -378,10 +378,4 @@ fn topic_of(place: &PosePlace) -> &str {
     match place {
         PosePlace::Topic(topic) | PosePlace::Transform { topic, .. } => topic,
     }
-}
-
-/// Whether two names of topics mean the same, with slashes before their parts or without.
-fn is_same(a: &str, b: &str) -> bool {
-    let plain = |text: &str| text.replace('/', "");
-    plain(a) == plain(b)
 }

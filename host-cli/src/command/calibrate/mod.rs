@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use self::outcome::finish;
+use self::outcome::{cannot_draw, finish};
 use self::progress_printer::ProgressPrinter;
 use super::drive::straight;
 use super::pose_source;
@@ -92,10 +92,6 @@ fn check_ending(output: &Path) -> Result<()> {
     }
     Err(Error::new(format_args!("the picture {} must end in .html or .svg", output.display()))
         .hint("-o calibration.svg"))
-}
-
-fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
-    Error::new(format_args!("cannot write the picture {}: {error}", file.display()))
 }
 
 fn undo(common: &Common) -> Result<()> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{cannot_draw, next};
+use super::next;
 use crate::calibrate::{Decision, Measurement, Outcome};
 use crate::calibration_page::{CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::cli::{CalibrateArgs, Common};
@@ -15,6 +15,11 @@ use crate::error::{Error, Result};
 use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say, say_text};
 use campaign::file::write_whole;
+
+/// The error of a picture that cannot be written.
+pub(super) fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
+    Error::new(format_args!("cannot write the picture {}: {error}", file.display()))
+}
 
 /// Prints the result, and draws it.
 pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()> {

@@ -2,9 +2,9 @@
 //!
 //! All of this is found by evaluating it at a few steps; units are left to `dimensions.rs`.
 
-use super::equation::{Per, Target};
 use super::error::Motion;
 use super::evaluate::evaluate;
+use super::target::{Per, Target};
 use super::tree::Tree;
 use super::unit::Unit;
 use crate::kinematics::wheel_pair::WheelPair;

@@ -6,10 +6,11 @@ use std::borrow::Cow;
 
 use super::analysis::{amplitudes, plausible_limit, typical_of, without_bound};
 use super::dimensions::units;
-use super::equation::{Custom, Per, Target};
+use super::equation::Custom;
 use super::error::{CustomError, CustomProblem, DefinitionPart};
 use super::evaluate::evaluate;
 use super::parse::parse;
+use super::target::{Per, Target};
 use super::tree::Tree;
 use super::unit::Unit;
 use crate::effect::catalogue::find;

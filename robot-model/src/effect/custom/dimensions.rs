@@ -3,11 +3,30 @@
 //! The units of parameters that are not declared follow from the expression: each sum, function and
 //! the target itself is an equation in the exponents, linear in those of the unknown units.
 
-use super::equation::{Per, Target};
 use super::error::{CustomError, CustomProblem, RequiredUnit};
+use super::target::{Per, Target};
 use super::tree::{Function, Node, Operator, Tree, Variable};
 use super::unit::Unit;
 use crate::numeric::jet::PARAMETERS_MAX;
+
+impl Target {
+    const fn unit(self) -> Unit {
+        match self {
+            Self::Dtheta => Unit::ONE,
+            Self::DsLeft | Self::DsRight | Self::Dn => Unit([1.0, 0.0, 0.0]),
+        }
+    }
+}
+
+impl Per {
+    const fn unit(self) -> Unit {
+        match self {
+            Self::Second => Unit([0.0, 1.0, 0.0]),
+            Self::Metre => Unit([1.0, 0.0, 0.0]),
+            Self::Radian => Unit::ONE,
+        }
+    }
+}
 
 impl Variable {
     fn unit(self) -> Unit {

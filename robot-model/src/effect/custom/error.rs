@@ -3,7 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use super::equation::{Per, Target};
+use super::target::{Per, Target};
 
 /// Which part of a [`super::Custom`] is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -30,6 +30,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `equation.rs` | [`Custom`]: what a user writes, and how an equation is read |
+//! | `target.rs` | [`Target`], [`Per`]: what it changes, and per what |
 //! | `parse.rs`, `tree.rs` | from text to a tree |
 //! | `unit.rs`, `dimensions.rs` | units, and those of the parameters |
 //! | `analysis.rs` | which parameters are amplitudes, which values are plausible |
@@ -44,14 +45,16 @@ mod equation;
 mod error;
 mod evaluate;
 mod parse;
+mod target;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod unit;
 
 pub use build::CustomEffect;
-pub use equation::{Custom, Per, Target};
+pub use equation::Custom;
 pub use error::{CustomError, CustomProblem, DefinitionPart, Expected, Motion, RequiredUnit};
+pub use target::{Per, Target};
 
 /// The powers of metre, second and kilogram of a unit, as parameters declare it.
 #[cfg(test)]

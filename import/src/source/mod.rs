@@ -2,8 +2,8 @@
 //!
 //! What is certain is chosen; what is not is asked for, with what there is to choose from.
 
-mod beside;
 mod file;
+mod gyro_and_supply;
 mod offer;
 
 pub use offer::Offer;

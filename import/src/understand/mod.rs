@@ -7,7 +7,7 @@
 
 mod hints;
 mod nominal;
-mod together;
+mod speed_alignment;
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -29,7 +29,7 @@ use crate::plane::{FlatPose, flat};
 use crate::turns;
 pub use hints::Hints;
 use nominal::{in_radians, robot};
-use together::together;
+use speed_alignment::aligned_by_speed;
 
 /// A log, understood.
 #[derive(Clone, Debug)]
@@ -129,7 +129,7 @@ pub fn understand(
     notes.extend(said.map(|said| Note::new(&wheels.file, said)));
     let mut flat = flat(poses);
     notes.extend(flat.said.drain(..).map(|said| Note::new(&poses.file, said)));
-    let (speeds, alignment, said) = together(&mut wheels, poses, &flat.poses, hints)?;
+    let (speeds, alignment, said) = aligned_by_speed(&mut wheels, poses, &flat.poses, hints)?;
     notes.extend(said);
     let are_related = same_clock && alignment.late_s.abs() < DELAY_MAX_S;
     let late_s = if are_related { 0.0 } else { alignment.late_s };

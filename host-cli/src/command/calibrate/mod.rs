@@ -2,7 +2,7 @@
 //!
 //! The procedure itself is [`crate::calibrate`].
 
-mod next;
+mod next_steps;
 mod outcome;
 mod progress_printer;
 

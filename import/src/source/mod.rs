@@ -193,9 +193,9 @@ impl Sources {
         }
         // A gyro in another file than the wheels is on a clock of its own.
         if self.bags().any(|(bag, _)| bag == wheels.file) {
-            let (beside, of_beside) = self.beside(choice)?;
-            wheels.beside = beside;
-            notes.extend(of_beside);
+            let (gyro_and_supply, more_notes) = self.gyro_and_supply(choice)?;
+            wheels.gyro_and_supply = gyro_and_supply;
+            notes.extend(more_notes);
         }
         notes.extend(of_poses);
         notes.extend(self.notes());

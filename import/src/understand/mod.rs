@@ -154,10 +154,10 @@ pub fn understand(
     };
     understood.take_runs(&wheels, &flat.poses, &pieces);
     drop(flat);
-    let WheelLog { file, beside, .. } = wheels;
+    let WheelLog { file, gyro_and_supply, .. } = wheels;
     understood.take_yaw_rates(&yaw_rates);
     understood.finish(&file, &poses.file, are_related)?;
-    understood.take_supply(&beside.supply_v);
+    understood.take_supply(&gyro_and_supply.supply_v);
     Ok(understood)
 }
 

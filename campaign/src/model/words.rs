@@ -1,6 +1,6 @@
 //! What is wrong with an equation of the user's own, and what to try, in words.
 
-use robot_model::effect::custom::{CustomProblem, Expected, Motion, RequiredUnit};
+use robot_model::effect::custom::{CustomProblem, Expected, RequiredUnit, UnboundedWhen};
 
 /// What is wrong.
 pub fn problem(problem: &CustomProblem) -> String {
@@ -15,10 +15,10 @@ pub fn problem(problem: &CustomProblem) -> String {
         }
         P::NoPlausibleValue(name) => format!("no plausible value of `{name}` follows from this"),
         P::DoesNotVanish => "the effect does not vanish when its parameters are zero".to_owned(),
-        P::Unbounded(Motion::AtRest) => {
+        P::Unbounded(UnboundedWhen::AtRest) => {
             "it grows without bound when the robot stands still".to_owned()
         }
-        P::Unbounded(Motion::ConstantSpeed) => {
+        P::Unbounded(UnboundedWhen::AtConstantSpeed) => {
             "it grows without bound when the robot drives at constant speed".to_owned()
         }
         P::NotAUnit(text) => format!("`{text}` is not a unit"),
@@ -100,10 +100,10 @@ pub fn hint(problem: &CustomProblem) -> String {
             "numbers of everyday size in SI units, and units with small powers; or declare its range"
         }
         P::DoesNotVanish => "multiply it by a parameter: k * (...)",
-        P::Unbounded(Motion::AtRest) => {
+        P::Unbounded(UnboundedWhen::AtRest) => {
             "do not divide by something that can be zero: write k / max(abs(v), 0.02[m/s]), for example"
         }
-        P::Unbounded(Motion::ConstantSpeed) => {
+        P::Unbounded(UnboundedWhen::AtConstantSpeed) => {
             "do not divide by something that can be zero: write k / max(abs(a), 0.02[m/s^2]), for example"
         }
         P::NotAUnit(_) | P::NotAnSiBaseUnit(_) => {

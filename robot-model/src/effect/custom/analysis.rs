@@ -2,7 +2,7 @@
 //!
 //! All of this is found by evaluating it at a few steps; units are left to `dimensions.rs`.
 
-use super::error::Motion;
+use super::error::UnboundedWhen;
 use super::evaluate::evaluate;
 use super::target::{Per, Target};
 use super::tree::Tree;
@@ -64,7 +64,7 @@ pub(super) fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
 
 /// In which motion an expression grows without bound, per second. Every run contains such motions, and they would
 /// dominate a fit.
-pub(super) fn without_bound(tree: &Tree, per: Per, count: usize) -> Option<Motion> {
+pub(super) fn without_bound(tree: &Tree, per: Per, count: usize) -> Option<UnboundedWhen> {
     // The motion is slowed down to these shares; unbounded growth gives this factor from the first to the second.
     const SLOWER: [f64; 2] = [1e-3, 1e-6];
     const GROWS: f64 = 100.0;
@@ -94,9 +94,9 @@ pub(super) fn without_bound(tree: &Tree, per: Per, count: usize) -> Option<Motio
         })
     };
     if grows(&slowly) {
-        Some(Motion::AtRest)
+        Some(UnboundedWhen::AtRest)
     } else if grows(&evenly) {
-        Some(Motion::ConstantSpeed)
+        Some(UnboundedWhen::AtConstantSpeed)
     } else {
         None
     }

@@ -50,7 +50,7 @@ pub enum CustomProblem {
     /// The effect does not vanish when all its parameters are zero.
     DoesNotVanish,
     /// It grows without bound in this motion.
-    Unbounded(Motion),
+    Unbounded(UnboundedWhen),
     /// Not a unit.
     NotAUnit(String),
     /// A unit, but not made of metre, second, kilogram and radian.
@@ -127,11 +127,11 @@ pub enum CustomProblem {
 
 /// A motion in which an expression may grow without bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motion {
+pub enum UnboundedWhen {
     /// Speed and turn rate go to zero.
     AtRest,
     /// The accelerations go to zero.
-    ConstantSpeed,
+    AtConstantSpeed,
 }
 
 /// Which unit is required.

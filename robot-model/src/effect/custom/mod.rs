@@ -53,7 +53,9 @@ mod unit;
 
 pub use build::CustomEffect;
 pub use equation::Custom;
-pub use error::{CustomError, CustomProblem, DefinitionPart, Expected, Motion, RequiredUnit};
+pub use error::{
+    CustomError, CustomProblem, DefinitionPart, Expected, RequiredUnit, UnboundedWhen,
+};
 pub use target::{Per, Target};
 
 /// The powers of metre, second and kilogram of a unit, as parameters declare it.

@@ -82,7 +82,7 @@ fn every_mistake_is_named_and_pointed_at() {
         ("dtheta = omega * (1 + k)", "DoesNotVanish", "omega * (1 + k)"),
         ("dtheta = k / v", "Unbounded(AtRest)", "k / v"),
         ("ds_left/ds = k * a / omega^2", "Unbounded(AtRest)", "k * a / omega^2"),
-        ("dn = k / a", "Unbounded(ConstantSpeed)", "k / a"),
+        ("dn = k / a", "Unbounded(AtConstantSpeed)", "k / a"),
         ("dtheta = k * 3[furlong]", r#"NotAUnit("furlong")"#, "[furlong]"),
         ("dtheta = k * 3[mm]", r#"NotAnSiBaseUnit("mm")"#, "[mm]"),
         ("dtheta = k1 * k2 * v", r#"UnknownUnit("k1")"#, "k1 * k2 * v"),

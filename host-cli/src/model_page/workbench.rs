@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use super::answer;
 use super::request::ModelRequest;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::escape::shell_path;
 use crate::explain::{AnswerContext, headline, next_run_command, no_next_run, progress_line};
 use crate::fit_cache::{FitCache, Question};

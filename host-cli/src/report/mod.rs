@@ -32,7 +32,7 @@ use crate::calibration_page::drawing::{COLOURS, STYLE};
 use crate::calibration_page::page::PAGE_STYLE;
 use crate::escape::html as escape;
 use crate::explain::{
-    AnswerContext, errors_text, gyro_words, headline, next_run_command, no_next_run, on_held_out,
+    errors_text, gyro_words, headline, next_run_command, no_next_run, on_held_out,
 };
 use crate::words;
 

@@ -27,7 +27,7 @@ pub fn nothing_found() -> Answer {
 }
 
 /// A step that matters, by the first of these effects, which the runs cannot tell from the others; all errors are zero.
-pub fn step(class: &[&str]) -> StepFound {
+pub fn step_of(class: &[&str]) -> StepFound {
     StepFound {
         effect: class[0].into(),
         class: class.iter().map(|id| (*id).to_owned()).collect(),

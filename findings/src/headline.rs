@@ -229,14 +229,14 @@ mod tests {
     use robot_model::estimation::ErrorPair;
 
     use super::*;
-    use crate::empty_answer::{nothing_found, step};
+    use crate::empty_answer::{nothing_found, step_of};
 
     fn errors(mm: f64, mrad: f64) -> Errors {
         Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
     }
 
     fn answer(class: &[&str], from: Errors, to: Errors) -> Answer {
-        let step = StepFound { fitted: to, cross_validated: to, ..step(class) };
+        let step = StepFound { fitted: to, cross_validated: to, ..step_of(class) };
         Answer {
             baseline: ErrorPair { fitted: from, cross_validated: from },
             steps: vec![step],

@@ -163,7 +163,7 @@ mod tests {
     use robot_model::explain::{CandidateKind, PredictedSeparation, Reason};
 
     use super::*;
-    use crate::empty_answer::{nothing_found, step};
+    use crate::empty_answer::{nothing_found, step_of};
 
     /// An answer with one of everything.
     fn found() -> Answer {
@@ -176,7 +176,7 @@ mod tests {
             high95: 0.022,
         };
         Answer {
-            steps: vec![StepFound { parameters: vec![parameter], ..step(&["side_slip"]) }],
+            steps: vec![StepFound { parameters: vec![parameter], ..step_of(&["side_slip"]) }],
             rejected: vec![Rejected {
                 effect: "scrub".into(),
                 reason: Reason::InModel,

@@ -83,7 +83,7 @@ pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use findings::empty_answer::{nothing_found, step};
+    use findings::empty_answer::{nothing_found, step_of};
     use robot_model::explain::{CandidateKind, PredictedSeparation};
 
     use super::*;
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn effects_that_no_run_tells_apart_are_named() {
-        let answer = |class: &[&str]| Answer { steps: vec![step(class)], ..nothing_found() };
+        let answer = |class: &[&str]| Answer { steps: vec![step_of(class)], ..nothing_found() };
         assert!(no_next_run(&answer(&["scrub"])).contains("No further run"));
         let mut unexplained = answer(&["scrub"]);
         unexplained.unexplained.structure = true;

@@ -13,7 +13,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use shared_proto::{
-    Command, Drive, Event, MotionEnd, MotionError, MotionId, Refusal, State, Telemetry, TravelUnit,
+    Command, Drive, Event, MotionEnd, MotionError, MotionId, Refusal, Telemetry, TravelUnit,
     WheelPair,
 };
 

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use robot_model::compare::{Component, Curve};
 use robot_model::estimation::SIGMAS_95;
 
-use super::campaign_report::{CampaignReport, before, legend};
+use super::campaign_report::{self, CampaignReport, legend};
 use crate::calibration_page::scale::{Px, Scale, grid_rows, nice_step, number, ticks};
 
 /// At most so many drawings, the largest residuals first; more only if the residuals depend on more variables.
@@ -29,7 +29,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     // What was named comes first, then the largest residuals.
     shown.sort_by(|a, b| named(b).cmp(&named(a)).then(b.chi.total_cmp(&a.chi)));
     let mut html = String::new();
-    legend(&mut html, before(report.answer), false);
+    legend(&mut html, campaign_report::before(report.answer), false);
     html.push_str("<div class=\"pair\">");
     let panels = shown.iter().filter(|curve| named(curve)).count().max(PANELS);
     for curve in shown.into_iter().take(panels) {

@@ -4,7 +4,7 @@
 
 use crate::cli::{Common, FleetArgs};
 use crate::error::{Error, Result};
-use crate::fleet::{Fleet, campaigns, csv, findings, json, nothing_found, page, study};
+use crate::fleet::{Fleet, campaigns, csv, findings_of, json, nothing_found, page, study};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, Progress, WARN, note, paint, say, warn};
 use campaign::file::{check_writable, write_whole};
@@ -60,7 +60,7 @@ fn cannot(file: &Path, error: &dyn std::fmt::Display) -> Error {
 }
 
 fn show(fleet: &Fleet) {
-    let found = findings(fleet);
+    let found = findings_of(fleet);
     if found.is_empty() {
         say(paint(BOLD, format_args!("{}.", nothing_found(fleet))));
     }

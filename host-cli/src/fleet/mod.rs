@@ -32,7 +32,7 @@ use robot_model::recording;
 pub use page::page;
 pub use places::{Dated, campaigns};
 pub use table::{csv, json};
-pub use words::{Finding, findings, nothing_found};
+pub use words::{Finding, findings_of, nothing_found};
 
 /// All campaigns, judged.
 pub struct Fleet<'a> {

@@ -5,7 +5,7 @@ use host_cli::pose_source::PoseSource;
 use host_cli::pose_source::camera::Camera;
 use host_cli::pose_source::ruler::Ruler;
 use sim_target::plant::Pose;
-use sim_target::{Lab, Scenario};
+use sim_target::{Scenario, Testbed};
 
 use crate::parallel::in_order;
 use crate::robot::on_robot;
@@ -21,7 +21,7 @@ pub enum Instrument {
 
 /// How one robot's calibration went.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct CalibrationOutcome {
     /// Which robot.
     pub seed: u64,
     /// The true R_R / R_L.
@@ -40,7 +40,7 @@ pub struct Verdict {
     pub decision: &'static str,
 }
 
-impl Verdict {
+impl CalibrationOutcome {
     /// The factor by which the lateral error has fallen.
     pub fn factor(&self) -> f64 {
         (self.before_m / self.after_m).abs()
@@ -60,8 +60,8 @@ struct TrueRun {
 }
 
 impl TrueRun {
-    fn watch(&mut self, lab: &Lab) {
-        self.start.get_or_insert_with(|| lab.pose());
+    fn watch(&mut self, testbed: &Testbed) {
+        self.start.get_or_insert_with(|| testbed.pose());
     }
 
     fn lateral_m(&self) -> f64 {
@@ -73,7 +73,7 @@ impl TrueRun {
 ///
 /// # Errors
 /// The message that a user would read.
-pub fn verdict_on(seed: u64, instrument: Instrument) -> Result<Verdict, String> {
+pub fn verdict_on(seed: u64, instrument: Instrument) -> Result<CalibrationOutcome, String> {
     verdict_on_scenario(&Scenario::draw(seed), instrument)
 }
 
@@ -81,20 +81,23 @@ pub fn verdict_on(seed: u64, instrument: Instrument) -> Result<Verdict, String> 
 ///
 /// # Errors
 /// The message that a user would read.
-pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Result<Verdict, String> {
+pub fn verdict_on_scenario(
+    scenario: &Scenario,
+    instrument: Instrument,
+) -> Result<CalibrationOutcome, String> {
     on_robot(scenario, async |robot| {
-        let lab = robot.lab.clone();
+        let testbed = robot.testbed.clone();
         let source: &mut dyn PoseSource = match instrument {
-            Instrument::Camera => &mut Camera::new(lab.clone()),
-            Instrument::Ruler => &mut Ruler::new(lab.clone()),
+            Instrument::Camera => &mut Camera::new(testbed.clone()),
+            Instrument::Ruler => &mut Ruler::new(testbed.clone()),
         };
         let (mut before, mut after) = (TrueRun::default(), TrueRun::default());
         let mut tell = |step: CalibrateStep<'_>| match step {
             // The first call comes when the robot has hardly begun its first ramp.
-            CalibrateStep::Driving(CalibrationDrive::Before, _) => before.watch(&lab),
-            CalibrateStep::Driving(CalibrationDrive::After, _) => after.watch(&lab),
-            CalibrateStep::Measured(CalibrationDrive::Before, _) => before.end = lab.pose(),
-            CalibrateStep::Measured(CalibrationDrive::After, _) => after.end = lab.pose(),
+            CalibrateStep::Driving(CalibrationDrive::Before, _) => before.watch(&testbed),
+            CalibrateStep::Driving(CalibrationDrive::After, _) => after.watch(&testbed),
+            CalibrateStep::Measured(CalibrationDrive::Before, _) => before.end = testbed.pose(),
+            CalibrateStep::Measured(CalibrationDrive::After, _) => after.end = testbed.pose(),
             _ => {}
         };
         let settings = Settings::default();
@@ -111,7 +114,7 @@ pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Resul
             Decision::CannotTell => ("cannot tell", before.lateral_m()),
             Decision::NotARadius => ("not a radius", before.lateral_m()),
         };
-        Ok(Verdict {
+        Ok(CalibrationOutcome {
             seed: scenario.seed,
             true_ratio,
             wheel_weight: measured.value,
@@ -125,7 +128,10 @@ pub fn verdict_on_scenario(scenario: &Scenario, instrument: Instrument) -> Resul
 }
 
 /// Calibrates many robots on all cores; the verdicts are in the order of the seeds.
-pub fn verdicts_on(seeds: &[u64], instrument: Instrument) -> Vec<Result<Verdict, String>> {
+pub fn verdicts_on(
+    seeds: &[u64],
+    instrument: Instrument,
+) -> Vec<Result<CalibrationOutcome, String>> {
     in_order(seeds, |seed| verdict_on(*seed, instrument))
 }
 

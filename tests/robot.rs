@@ -11,7 +11,7 @@ use shared_proto::{
     Answer, Command, FaultReport, Key, MotionId, Refusal, State, TravelUnit, WheelPair,
 };
 use sim_target::plant::Pose;
-use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us, sleep_until_us};
+use sim_target::{HostWire, Options, Scenario, SimTarget, Testbed, now_us, sleep_until_us};
 
 /// Time between two snapshots: a control period \[us\].
 const SNAPSHOT_EVERY_US: u64 = 1000;
@@ -29,12 +29,12 @@ pub struct Snapshot {
     pub current_a: WheelPair<f64>,
 }
 
-/// A robot in its laboratory, and a host that has shaken hands with it.
+/// A robot in its testbed, and a host that has shaken hands with it.
 pub struct Robot {
     /// The host's session.
     pub session: Session,
     /// What surrounds the robot.
-    pub lab: Lab,
+    pub testbed: Testbed,
     /// The host's end of the line, for what no well-behaved host does.
     pub wire: HostWire,
     key: Option<Key>,
@@ -54,10 +54,10 @@ pub fn on_robot_with<T>(
 ) -> T {
     let key = options.key;
     let mut target = SimTarget::new(scenario, options).expect("the flash's file can be read");
-    let (lab, wire) = (target.lab(), target.host_wire());
+    let (testbed, wire) = (target.testbed(), target.host_wire());
     let snapshots = Rc::new(RefCell::new(Vec::new()));
-    let observer = observer(lab.clone(), snapshots.clone());
-    let mut robot = Robot { session: new_session(&wire, 1, key), lab, wire, key, snapshots };
+    let observer = observer(testbed.clone(), snapshots.clone());
+    let mut robot = Robot { session: new_session(&wire, 1, key), testbed, wire, key, snapshots };
     target.run(future::or(
         async {
             robot.session.open().await.expect("the robot answers");
@@ -93,15 +93,15 @@ pub fn own_secret(number: u32) -> Key {
     Key::new(std::array::from_fn(|i| number.to_le_bytes()[i % 4] ^ i as u8))
 }
 
-async fn observer<T>(lab: Lab, snapshots: Rc<RefCell<Vec<Snapshot>>>) -> T {
+async fn observer<T>(testbed: Testbed, snapshots: Rc<RefCell<Vec<Snapshot>>>) -> T {
     loop {
-        snapshots.borrow_mut().push(snapshot(&lab));
+        snapshots.borrow_mut().push(snapshot(&testbed));
         sleep_until_us(now_us() + SNAPSHOT_EVERY_US).await;
     }
 }
 
-fn snapshot(lab: &Lab) -> Snapshot {
-    lab.plant(|plant| Snapshot {
+fn snapshot(testbed: &Testbed) -> Snapshot {
+    testbed.plant(|plant| Snapshot {
         t_us: plant.t_us(),
         pose: plant.pose(),
         rolled_m: plant
@@ -130,7 +130,7 @@ impl Snapshot {
 impl Robot {
     /// The true state now.
     pub fn snapshot(&self) -> Snapshot {
-        snapshot(&self.lab)
+        snapshot(&self.testbed)
     }
 
     /// All snapshots from this time on.

@@ -331,7 +331,7 @@ fn copied(f: &mut fmt::Formatter<'_>, place: &Place, copies: &[CopiedRun]) -> fm
     };
     write!(
         f,
-        "{place}: {} {runs} of another and {count} no second time ({}); remove what was copied, and drive again for more evidence",
+        "{place}: {} {runs} of another and {count} only once ({}); remove the copies, and drive again for more evidence",
         copies.len(),
         named.join(", ")
     )

@@ -38,6 +38,7 @@
 //! | `run_facts` | facts of runs, which appear together with their runs |
 //! | [`lock`] | one writer at a time |
 //! | [`simulated`] | which simulated robot a campaign was recorded on |
+//! | [`words`] | why `robot-model` cannot use a recording, in words |
 //! | [`error`], [`os_error`] | errors and warnings; the operating system's, for a user |
 //! | [`bounded_read`], [`bounded_text`] | what is read: files only, of a size in proportion; and how much of it is quoted |
 //! | [`mod@file`], [`disk`] | files that appear whole or not at all; what keeps their bytes |
@@ -67,6 +68,7 @@ pub mod table;
 pub mod to_experiments;
 pub mod to_recording;
 pub mod track;
+pub mod words;
 pub mod write;
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ use crate::error::{CampaignError, Place, Warning};
 use crate::recorded::{Campaign, Run};
 use crate::robot_toml::RobotFile;
 use crate::row::Row;
+use crate::words::recording_problem;
 
 /// The runs of a campaign as `robot-model` takes them, and what is wrong with them.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +63,7 @@ impl Recordings {
             let file = folder.join("runs").join(format!("{}.csv", run.name));
             recording.validate().map_err(|error| {
                 let hint = "a run needs encoder counts of both wheels in at least two rows";
-                CampaignError::new(Place::whole(&file), error.problem.to_string(), hint)
+                CampaignError::new(Place::whole(&file), recording_problem(error.problem), hint)
             })?;
         }
         checks::check(folder, campaign, (&self.robot, &self.runs), &self.data_hypotheses)?;

@@ -105,7 +105,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     print_seals(&emulation)?;
     let ended = emulation.run(|mut bench: Bench| async move {
         bench.session.open().await.map_err(|error| error.to_string())?;
-        let mut instrument = Camera::new(bench.lab.clone());
+        let mut instrument = Camera::new(bench.testbed.clone());
         calibrate(&mut bench.session, &mut instrument, &Settings::default(), &mut |_| ())
             .await
             .map(drop)

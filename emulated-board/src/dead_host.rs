@@ -13,7 +13,7 @@ use host_link::session::Session;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::{Command, Encoder, MotionId, Request, State, TravelUnit, WheelPair};
-use sim_target::{Lab, Scenario, now_us, sleep_until_us};
+use sim_target::{Scenario, Testbed, now_us, sleep_until_us};
 
 use crate::emulation::Emulation;
 use crate::monitor::Bench;
@@ -115,9 +115,9 @@ async fn case(bench: &Bench, number: u32, rng: &mut ChaCha8Rng) -> Found {
     };
     // To the end of the ramp; then it stands.
     sleep_until_us(now_us() + 500_000).await;
-    let stood_m = travel_m(&bench.lab);
+    let stood_m = travel_m(&bench.testbed);
     sleep_until_us(now_us() + 50_000).await;
-    let moved_m = travel_m(&bench.lab) - stood_m;
+    let moved_m = travel_m(&bench.testbed) - stood_m;
     if moved_m.abs() > 1e-4 {
         found.wrong = Some(format!("it still moves: {moved_m} m"));
     }
@@ -160,7 +160,7 @@ async fn die(
     let travel = RefCell::new(Vec::new());
     let watch = async {
         while now_us() < died_us + 500_000 {
-            travel.borrow_mut().push((now_us() - died_us, travel_m(&bench.lab)));
+            travel.borrow_mut().push((now_us() - died_us, travel_m(&bench.testbed)));
             sleep_until_us(now_us() + 1_000).await;
         }
     };
@@ -254,7 +254,7 @@ async fn stop_under_flood(
         let called_us = now_us();
         let stopping = other.emergency_stop();
         let off = async {
-            while bench.lab.plant(|plant| plant.currents_a().any(|a| a != 0.0))
+            while bench.testbed.plant(|plant| plant.currents_a().any(|a| a != 0.0))
                 && now_us() < called_us + 1_000_000
             {
                 sleep_until_us(now_us() + 500).await;
@@ -271,8 +271,8 @@ async fn stop_under_flood(
 }
 
 /// How far both rims have rolled, on average \[m\].
-fn travel_m(lab: &Lab) -> f64 {
-    lab.plant(|plant| {
+fn travel_m(testbed: &Testbed) -> f64 {
+    testbed.plant(|plant| {
         let radius_m = plant.parameters().geometry.wheel_radius_m;
         let rolled_m = plant.wheel_angles_rad().zip(radius_m).map(|(angle, radius)| angle * radius);
         0.5 * (rolled_m.left + rolled_m.right)

@@ -122,7 +122,8 @@ impl Emulation {
             let monitor = BoardMonitor::default();
             let wire = chassis.host_wire();
             let session = sim_link::session(&wire, 1, "emulated");
-            let bench = Bench { lab: chassis.lab(), session, wire, monitor: monitor.clone() };
+            let bench =
+                Bench { testbed: chassis.testbed(), session, wire, monitor: monitor.clone() };
             let host = Box::pin(async move {
                 let output = procedure(bench).await;
                 *slot.lock().expect("no holder has panicked") = Some(output);

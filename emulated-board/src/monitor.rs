@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use host_link::session::Session;
 use shared_proto::{Wheel, WheelPair};
-use sim_target::{HostWire, Lab};
+use sim_target::{HostWire, Testbed};
 
 use crate::bug::Bug;
 use crate::flash_array::Flash;
@@ -14,8 +14,8 @@ use crate::motor_driver::{BoardLines, Effect as MotorEffect};
 
 /// What a procedure on the emulated board works with.
 pub struct Bench {
-    /// The laboratory around the robot.
-    pub lab: Lab,
+    /// The testbed around the robot.
+    pub testbed: Testbed,
     /// The host's session; not opened yet.
     pub session: Session,
     /// The host's end of the serial line, for further sessions, or to use without a session.

@@ -47,7 +47,7 @@ impl PlantAndHost {
         }
         // First: a reset makes the chip forget what its pins are driven to.
         let (button, fault) =
-            self.chassis.lab().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
+            self.chassis.testbed().plant(|plant| (plant.estop_line(), plant.driver_fault_line()));
         let fault_line_high = self.wiring.fault_line_high(fault);
         board.set_safety_inputs(at, button, fault_line_high, self.wiring.enable_inverted);
         let lines = board.motor_lines();
@@ -58,7 +58,7 @@ impl PlantAndHost {
             (outside.duty, outside.enabled) = (duty, enabled);
             outside.motors = (lines, effect, board.pwm_period_ns());
             if enabled && duty.any(|duty| duty != 0.0) {
-                let angles_rad = self.chassis.lab().plant(|plant| plant.wheel_angles_rad());
+                let angles_rad = self.chassis.testbed().plant(|plant| plant.wheel_angles_rad());
                 outside.note_powered(at.0 / 1000, angles_rad);
             }
         }

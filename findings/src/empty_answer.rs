@@ -1,7 +1,7 @@
-//! An answer in which nothing is found. Each test changes the part that it is about.
+//! An answer in which nothing is found, and a step of one. Each test changes the part that it is about.
 
 use robot_model::estimation::{ErrorPair, Errors};
-use robot_model::explain::Answer;
+use robot_model::explain::{Answer, Evidence, StepFound};
 use robot_model::recording::OdometryNoise;
 use robot_model::residuals::Unexplained;
 
@@ -23,5 +23,21 @@ pub fn nothing_found() -> Answer {
         predicts_with: Vec::new(),
         noise: OdometryNoise::TYPICAL,
         compared_by: OdometryNoise::TYPICAL,
+    }
+}
+
+/// A step that matters, by the first of these effects, which the runs cannot tell from the others; all errors are zero.
+pub fn step_of(class: &[&str]) -> StepFound {
+    StepFound {
+        effect: class[0].into(),
+        class: class.iter().map(|id| (*id).to_owned()).collect(),
+        parameters: Vec::new(),
+        fitted: Errors::default(),
+        cross_validated: Errors::default(),
+        p_value: 1e-9,
+        evidence: Evidence::default(),
+        effect_size_m: 1e-2,
+        moves_no_track: false,
+        matters: true,
     }
 }

@@ -132,7 +132,7 @@ pub fn wrong_in_robot_toml(
     let wrong: Vec<String> = numbers
         .into_iter()
         .filter_map(|(key, says_m, share)| {
-            Some(format!("{key} = {:.4} (it says {says_m:.4})", says_m * (1.0 + share?)))
+            Some(format!("{key} = {:.4} (now {says_m:.4})", says_m * (1.0 + share?)))
         })
         .collect();
     (!wrong.is_empty()).then(|| format!("Set {} in robot.toml.", words::listed(&wrong)))
@@ -150,9 +150,11 @@ fn too_small_to_matter(
     let moves = format!("less than {} mm", at_least(1e3 * least_m));
     match slight {
         [] => None,
-        [_] => Some(format!("One effect is there and moves the robot by {moves}: {}.", names[0])),
+        [_] => {
+            Some(format!("One effect is present, but moves the robot by {moves}: {}.", names[0]))
+        }
         _ => Some(format!(
-            "{} effects are there and together move the robot by {moves}: {}.",
+            "{} effects are present, but together move the robot by {moves}: {}.",
             number_word(slight.len()),
             names.join("; ")
         )),
@@ -225,28 +227,16 @@ pub fn on_held_out(held_out: &HeldOut) -> String {
 #[cfg(test)]
 mod tests {
     use robot_model::estimation::ErrorPair;
-    use robot_model::explain::Evidence;
 
     use super::*;
-    use crate::empty_answer::nothing_found;
+    use crate::empty_answer::{nothing_found, step_of};
 
     fn errors(mm: f64, mrad: f64) -> Errors {
         Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
     }
 
     fn answer(class: &[&str], from: Errors, to: Errors) -> Answer {
-        let step = StepFound {
-            effect: class[0].into(),
-            class: class.iter().map(|id| (*id).to_owned()).collect(),
-            parameters: Vec::new(),
-            fitted: to,
-            cross_validated: to,
-            p_value: 1e-9,
-            evidence: Evidence::default(),
-            effect_size_m: 1e-2,
-            moves_no_track: false,
-            matters: true,
-        };
+        let step = StepFound { fitted: to, cross_validated: to, ..step_of(class) };
         Answer {
             baseline: ErrorPair { fitted: from, cross_validated: from },
             steps: vec![step],
@@ -301,8 +291,8 @@ mod tests {
         let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
         assert_eq!(
             headline(&found, &context),
-            "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is there and moves \
-             the robot by less than 20 mm: marker_offset."
+            "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is present, but \
+             moves the robot by less than 20 mm: marker_offset."
         );
     }
 
@@ -323,6 +313,6 @@ mod tests {
             nominal_m: [0.034, 0.372],
         };
         let said = headline(&found, &context);
-        assert!(said.starts_with("Set wheel_radius_m = 0.0357 (it says 0.0340)"), "{said}");
+        assert!(said.starts_with("Set wheel_radius_m = 0.0357 (now 0.0340)"), "{said}");
     }
 }

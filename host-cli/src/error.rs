@@ -8,6 +8,8 @@ use campaign::CampaignError;
 use campaign::bounded_text::bounded;
 use campaign::os_error::without_os_numbers;
 use campaign::plan::PlanError;
+use campaign::words::recording_error;
+use robot_model::recording::RecordingError;
 use sim_link::ServeError;
 use sim_target::scenario::ScenarioError;
 
@@ -141,6 +143,12 @@ impl From<CampaignError> for Error {
     fn from(error: CampaignError) -> Self {
         let cause = error.cause.map(|cause| format!(" ({cause})")).unwrap_or_default();
         Error::new(format_args!("{}: {}{cause}", error.place, error.problem)).hint(error.hint)
+    }
+}
+
+impl From<RecordingError> for Error {
+    fn from(error: RecordingError) -> Self {
+        Error::new(recording_error(&error))
     }
 }
 

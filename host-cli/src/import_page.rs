@@ -76,7 +76,7 @@ pub fn clock(understood: &Understood) -> String {
         String::new()
     };
     let by_run = if clock.differs_by_run { ", and runs differ" } else { "" };
-    format!("{apart}{sigma}{by_run}: taken out")
+    format!("{apart}{sigma}{by_run}: corrected")
 }
 
 /// Both speeds over the time of the log.

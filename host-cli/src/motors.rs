@@ -18,11 +18,11 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
     let BaselineErrors { errors, each_m, resolution_m, .. } = found;
     let times = errors.cross_validated_m / resolution_m;
     say(format_args!(
-        "The model of the motors, kS, kV and kA alike for both, is off by {}.",
+        "The model of the motors, with the same kS, kV and kA for both, is off by {}.",
         paint(BOLD, millimetres(errors.cross_validated_m))
     ));
     say(format_args!(
-        "Each experiment is predicted by its voltages and by what the other {} gave.",
+        "Each experiment is predicted from its voltages, with the constants that the other {} give.",
         names.len().saturating_sub(1)
     ));
     say(format_args!(
@@ -53,7 +53,7 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
 /// Prints what is missing.
 pub fn show_answer(answer: &MotorAnswer) {
     say(paint(
-        if answer.steps.is_empty() && !answer.remains.structure { GOOD } else { BOLD },
+        if answer.steps.is_empty() && !answer.unexplained.structure { GOOD } else { BOLD },
         verdict(answer),
     ));
     show_held_out(answer.steps.last().map_or(&answer.baseline, |step| &step.errors));
@@ -76,24 +76,24 @@ pub fn show_answer(answer: &MotorAnswer) {
         "Errors are of experiments predicted by the others; those of this table to first order.",
     ));
     say("");
-    let remains = &answer.remains;
-    if remains.structure {
-        let by: Vec<_> = remains.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
+    let unexplained = &answer.unexplained;
+    if unexplained.structure {
+        let by: Vec<_> = unexplained.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
         say(format_args!(
-            "{} {} that no effect here explains; it depends on {}. With it the error would fall to {}.",
-            paint(WARN, "something remains:"),
-            millimetres(remains.size_m),
+            "{} {} that no effect here explains. It depends on {}; explained, it would leave an error of {}.",
+            paint(WARN, "unexplained:"),
+            millimetres(unexplained.size_m),
             by.join(", "),
-            millimetres(remains.floor_m)
+            millimetres(unexplained.floor_m)
         ));
     } else {
         say(
-            "Flexible functions of speed, voltage, load, angle and time predict these experiments no better.",
+            "Flexible functions of speed, voltage, load, angle and time do not predict these experiments better.",
         );
     }
     if let Some(next) = &answer.next {
         let why = match next.separates.as_slice() {
-            [] => "shows what the rest depends on".into(),
+            [] => "shows what the unexplained part depends on".into(),
             ids => format!("tells {} apart", ids.join(" and ")),
         };
         say(format_args!("next: {}: {why}.", kind_in_words(next.kind)));

@@ -13,7 +13,7 @@ use host_link::address::{Address, AddressError};
 use host_link::{Session, key_file};
 use shared_proto::Key;
 use sim_target::scenario::ScenarioError;
-use sim_target::{Lab, Options, Scenario, SimTarget};
+use sim_target::{Options, Scenario, SimTarget, Testbed};
 
 use crate::error::{Error, Result};
 use crate::interrupt;
@@ -173,16 +173,16 @@ fn usable_flash(file: &Path) -> std::result::Result<PathBuf, String> {
 
 /// Opens the port, shakes hands with the robot and carries the procedure out.
 ///
-/// With the simulator the procedure runs in virtual time, and is given the robot's laboratory;
+/// With the simulator the procedure runs in virtual time, and is given the robot's testbed;
 /// otherwise it runs in real time.
 pub fn with_robot<T>(
     port: &Port,
     sim: &SimOptions,
-    procedure: impl AsyncFnOnce(&mut Session, Option<Lab>) -> Result<T>,
+    procedure: impl AsyncFnOnce(&mut Session, Option<Testbed>) -> Result<T>,
 ) -> Result<T> {
-    with_session(port, sim, async |session, lab| {
+    with_session(port, sim, async |session, testbed| {
         session.open().await?;
-        procedure(session, lab).await
+        procedure(session, testbed).await
     })
 }
 
@@ -190,12 +190,12 @@ pub fn with_robot<T>(
 pub fn with_session<T>(
     port: &Port,
     sim: &SimOptions,
-    procedure: impl AsyncFnOnce(&mut Session, Option<Lab>) -> Result<T>,
+    procedure: impl AsyncFnOnce(&mut Session, Option<Testbed>) -> Result<T>,
 ) -> Result<T> {
     match port {
         Port::Sim(_) => {
             let mut target = sim.target(&sim.scenario(port)?)?;
-            let lab = target.lab();
+            let testbed = target.testbed();
             // Each command has a new simulator, so the session number may always be the same.
             let mut session = sim_link::session(&target.host_wire(), 1, port.to_string());
             session.cancel_by(&interrupt::cancel());
@@ -203,7 +203,7 @@ pub fn with_session<T>(
                 // Nobody else reaches this robot, and its results are the same each time.
                 session.offer_key(key, Key::new([0; Key::LEN]));
             }
-            target.run(async { procedure(&mut session, Some(lab)).await })
+            target.run(async { procedure(&mut session, Some(testbed)).await })
         }
         Port::At(address) => {
             if sim.flash.is_some() || sim.seed.is_some() {

@@ -3,17 +3,18 @@
 use std::f64::consts::TAU;
 
 use robot_model::kinematics::{Geometry, WheelPair};
-use shared_proto::{Config, EncoderConfig, GeometryConfig, Telemetry};
+use shared_proto::{Config, GeometryConfig, Telemetry};
 
 /// The angles of both wheels since power-on, from one telemetry frame \[rad\].
 pub fn turns(frame: &Telemetry, config: &Config) -> WheelPair<f64> {
-    let angle_rad = |counts: i64, encoder: EncoderConfig| {
-        counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
-    };
-    WheelPair {
-        left: angle_rad(frame.wheels.left.counts, config.encoder.left),
-        right: angle_rad(frame.wheels.right.counts, config.encoder.right),
-    }
+    for_model(frame.wheels.zip(config.encoder).map(|(wheel, encoder)| {
+        wheel.counts as f64 * TAU / (encoder.counts_per_rev * encoder.gear_reduction)
+    }))
+}
+
+/// A pair of the wire as the model's, which depends on none of our crates.
+pub fn for_model<T>(of: shared_proto::WheelPair<T>) -> WheelPair<T> {
+    WheelPair { left: of.left, right: of.right }
 }
 
 /// The nominal robot of a configuration; radius and track width have this relative uncertainty, one

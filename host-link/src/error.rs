@@ -215,7 +215,7 @@ impl fmt::Display for Error {
             ),
             Self::NoTelemetry => f.write_str("the robot sends no telemetry"),
             Self::StartTooLate => f.write_str(
-                "the line is so bad that every command for the motion reached the robot too late",
+                "every command for the motion reached the robot too late: the line is too slow, or loses too much",
             ),
             Self::InvalidConfig { problem } => {
                 write!(f, "the robot's own configuration is invalid: {problem}")
@@ -225,7 +225,7 @@ impl fmt::Display for Error {
                 "after {waited_s:.0} s the robot's clock had counted only {elapsed_s:.1} s of the motion, so the robot was stopped"
             ),
             Self::StoppedByAnother => f.write_str("another host stopped the robot"),
-            Self::NeverEnded => f.write_str("the robot did not reach the end of its motion"),
+            Self::NeverEnded => f.write_str("the robot stands still, but did not reach the end of its motion"),
             Self::NeverStands => {
                 f.write_str("the robot does not come to a standstill at the end of its motion")
             }
@@ -339,14 +339,14 @@ fn refused(f: &mut fmt::Formatter<'_>, request: &str, refusal: &Refusal) -> fmt:
         Refusal::Config(error) => write!(f, "{error}"),
         Refusal::Motion(error) => write!(f, "{error}"),
         Refusal::NoSuchMotion => f.write_str("no such motion is under way"),
-        Refusal::NoSuchFault => f.write_str("that fault is not latched (any more)"),
+        Refusal::NoSuchFault => f.write_str("that fault is not latched, or no longer"),
         Refusal::CauseRemains => f.write_str("the cause of the fault is still there"),
         Refusal::Period => f.write_str("the telemetry period must be from 1 to 1000 ms"),
         Refusal::Store => {
             f.write_str("its flash could not be written; the saved configuration is as it was")
         }
         Refusal::Late => f.write_str("the request arrived too late"),
-        Refusal::Lease => f.write_str("it may not move for that long without a word from the host"),
+        Refusal::Lease => f.write_str("its lease is too long: the robot may not move for that long without a renewal from the host"),
         Refusal::Driven => f.write_str("another host drives it"),
         Refusal::Forgotten => f.write_str("it no longer has that telemetry"),
         Refusal::Key | Refusal::WrongKey => f.write_str("it obeys only hosts with its key"),

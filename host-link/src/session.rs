@@ -6,6 +6,7 @@
 
 mod config;
 mod emergency_stop;
+mod key;
 mod open;
 mod sealing;
 mod telemetry;
@@ -29,7 +30,6 @@ use crate::validate::{KEPT_MAX, keep_latest, plain};
 use crate::wire::Wire;
 
 use self::sealing::Sealing;
-use self::telemetry::Listening;
 
 /// A request without a reply is repeated after this long: ten times a round trip over USB.
 const RETRY_AFTER: Duration = Duration::from_millis(40);
@@ -45,6 +45,16 @@ pub const LEASE: Duration = Duration::from_millis(200);
 
 /// What moves nothing may be held up for longer: at the slowest baud rate a configuration takes 171 ms by itself.
 const LEASE_AT_REST: Duration = Duration::from_secs(1);
+
+/// Whose telemetry a session takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Listening {
+    No,
+    /// What it has requested itself.
+    Subscribed,
+    /// Another host's.
+    Overhearing,
+}
 
 /// A session with one robot.
 pub struct Session {

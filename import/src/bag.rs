@@ -131,7 +131,7 @@ fn each_message(file: &Path, each: impl FnMut(Received<'_>)) -> Result<Vec<Note>
     let there =
         std::fs::metadata(file).map_err(|cause| CampaignError::io(file, "read it", cause))?;
     if !there.is_file() {
-        return Err(error(file, "this is no file", "name a bag, FILE.mcap"));
+        return Err(error(file, "this is not a file", "name a bag, FILE.mcap"));
     }
     let cannot = |cause| CampaignError::io(file, "read it", cause);
     let mut open = File::open(file).map_err(cannot)?;
@@ -145,7 +145,7 @@ fn each_message(file: &Path, each: impl FnMut(Received<'_>)) -> Result<Vec<Note>
         Ok(damage) => Ok(notes(file, &damage)),
         Err(mcap::ReadError::Io(cause)) => Err(cannot(cause)),
         Err(mcap::ReadError::NotMcap) => {
-            Err(error(file, "this is no MCAP and no SQLite file", "give a bag of ROS 2"))
+            Err(error(file, "this is neither an MCAP nor an SQLite file", "give a ROS 2 bag"))
         }
     }
 }
@@ -163,8 +163,8 @@ fn each_row(
         }
         sqlite::ReadError::NoBag => error(
             file,
-            "this SQLite file is no bag of ROS 2: it has no tables `topics` and `messages`",
-            "give a bag of ROS 2",
+            "this SQLite file is not a ROS 2 bag: it has no tables `topics` and `messages`",
+            "give a ROS 2 bag",
         ),
     })?;
     let mut notes = notes(file, &damage);

@@ -132,7 +132,7 @@ fn number(
     let number: Option<f64> = parameter.value.parse().ok();
     number.filter(|number| *number > 0.0 && number.is_finite()).ok_or_else(|| {
         let place = Place { line: parameter.line, ..Place::whole(file) };
-        let problem = format!("{name} = `{}` is no number above zero", parameter.value);
+        let problem = format!("{name} = `{}` is not a number above zero", parameter.value);
         CampaignError::new(place, problem, "give the number that the controller used")
     })
 }
@@ -153,7 +153,7 @@ fn parameters(file: &Path, text: &str) -> Result<Vec<Parameter>, CampaignError> 
     let mut parameters = Vec::new();
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|error| {
-            wrong(error.marker().line() as u64, format!("this is no YAML: {}", error.info()))
+            wrong(error.marker().line() as u64, format!("this is not YAML: {}", error.info()))
         })?;
         let line = span.start.line() as u64;
         match event {
@@ -258,18 +258,18 @@ controller_manager:
         let deep: String = (0..100).map(|level| format!("{}a:\n", " ".repeat(level))).collect();
         let deep_flow = "[".repeat(1000);
         let cases = [
-            ("a: [1, 2", "c.yaml, line 2: this is no YAML: "),
+            ("a: [1, 2", "c.yaml, line 2: this is not YAML: "),
             ("", "no controller in it has a wheel radius"),
             ("a:\n  wheel_radius: 0.036\n", "no controller in it has a wheel radius"),
             (
                 "a:\n  wheel_radius: x\n  wheel_separation: 1\n",
-                "c.yaml, line 2: wheel_radius = `x` is no number",
+                "c.yaml, line 2: wheel_radius = `x` is not a number",
             ),
             ("a:\n  wheel_radius: 1\n  wheel_separation: -1\n", "line 3"),
             ("a:\n  wheel_radius: &r 1\n  wheel_separation: *r\n", "no controller in it"),
             (several, "several controllers: a, b"),
             (&deep, "more than 64 levels"),
-            (&deep_flow, "this is no YAML"),
+            (&deep_flow, "this is not YAML"),
         ];
         for (text, says) in cases {
             let said = parsed(text).unwrap_err();

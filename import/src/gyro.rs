@@ -13,7 +13,7 @@ const TURNS_MIN_RAD_S: f64 = 0.2;
 
 /// The yaw rates of the robot, and what a user should know. The wheels are in radians, without wraps.
 pub(crate) fn yaw_rates(wheels: &WheelLog) -> (Vec<GyroSample>, Option<String>) {
-    let rates = &wheels.beside.turn_rates;
+    let rates = &wheels.gyro_and_supply.turn_rates;
     if rates.is_empty() {
         return (Vec::new(), None);
     }
@@ -71,7 +71,7 @@ fn correlation(both: &[(f64, [f64; 3])], axis: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::Beside;
+    use crate::log::GyroAndSupply;
 
     /// A robot that turns to and fro, with a gyro whose axes see this much of it.
     fn log(axes: [f64; 3]) -> WheelLog {
@@ -83,8 +83,9 @@ mod tests {
             let rate = 3.0 * 0.8 * (0.8 * t_s).cos();
             (t_s, axes.map(|share| 0.02 + share * rate + 0.1 * (7.0 * t_s).sin()))
         });
-        let beside = Beside { turn_rates: rates.collect(), ..Beside::default() };
-        WheelLog { t_s, turned, beside, ..WheelLog::default() }
+        let gyro_and_supply =
+            GyroAndSupply { turn_rates: rates.collect(), ..GyroAndSupply::default() };
+        WheelLog { t_s, turned, gyro_and_supply, ..WheelLog::default() }
     }
 
     #[test]

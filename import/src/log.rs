@@ -17,12 +17,12 @@ pub struct WheelLog {
     /// Of the angles.
     pub unit: WheelUnit,
     /// What else the robot measured.
-    pub beside: Beside,
+    pub gyro_and_supply: GyroAndSupply,
 }
 
 /// What else a robot measured, by the clock of its wheels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Beside {
+pub struct GyroAndSupply {
     /// Rates of a gyro about its own axes \[s, rad/s\].
     pub turn_rates: Vec<(f64, [f64; 3])>,
     /// Voltages of the battery \[s, V\].

@@ -25,7 +25,7 @@ pub fn mend(campaign: &mut Campaign) -> Result<(Vec<String>, Vec<DataHypothesis>
     if let Some(turned_rad) = marker_rad(&campaign.robot, &campaign.runs) {
         headings(&mut campaign.runs, |rad| rad - turned_rad);
         said.push(format!(
-            "headings are turned by {:+.1} degrees from the direction of travel, as by a marker that sits turned: taken out",
+            "headings are turned by {:+.1} degrees from the direction of travel, as by a marker mounted at an angle: corrected",
             turned_rad.to_degrees()
         ));
     }
@@ -185,7 +185,7 @@ fn mend_axes(runs: &mut [Recording], axes: Axes) -> String {
             positions(runs, |[x, y]| [cos * x + sin * y, cos * y - sin * x]);
             headings(runs, |heading| heading - turned_rad);
             format!(
-                "positions and headings are turned by {:+.1} degrees: turned back",
+                "positions and headings are turned by {:+.1} degrees: corrected",
                 turned_rad.to_degrees()
             )
         }

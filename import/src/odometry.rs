@@ -117,7 +117,7 @@ fn turned(steps: &[Step], geometry: &Geometry) -> (Vec<[f64; 2]>, Vec<String>) {
     }
     if resets > 0 {
         said.push(format!(
-            "it was set back {resets} times: there the wheels were computed of its speeds"
+            "it was set back {resets} times: there the wheels were computed from its speeds"
         ));
     }
     if sideways_m > SIDEWAYS_MAX * gone_m {

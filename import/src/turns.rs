@@ -29,7 +29,7 @@ pub fn unwrap(log: &mut WheelLog) -> Vec<String> {
                 "the angle of the {name} wheel stays within one turn: its turns were counted"
             ),
             _ => format!(
-                "the {name} counter has {} bits and went round: that was taken out",
+                "the {name} counter has {} bits and wrapped around: corrected",
                 modulus.log2()
             ),
         });

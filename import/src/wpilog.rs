@@ -181,7 +181,7 @@ fn records<'a>(file: &Path, content: &'a [u8]) -> Result<&'a [u8], CampaignError
     let (head, rest) = content
         .split_at_checked(12)
         .filter(|(head, _)| head.starts_with(MAGIC))
-        .ok_or_else(|| error(file, "this is no data log of WPILib", hint))?;
+        .ok_or_else(|| error(file, "this is not a WPILib data log", hint))?;
     if head[7] != MAJOR {
         let problem = format!("version {}.{} of the format is unknown", head[7], head[6]);
         return Err(error(file, problem, "only versions 1.x are read"));

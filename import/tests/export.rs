@@ -249,8 +249,8 @@ fn trajectories_tables_and_bags_are_read_again() {
     let counted = |topic: &str| found.topics[topic].messages;
     assert_eq!(["/dynamic_joint_states", "/battery_state", "/imu"].map(counted), [1, 2, 1]);
     let sources = Sources::open(&[file.path().into()], &[]).unwrap();
-    let beside = sources.choose(&Choice::default()).unwrap().wheels.beside;
+    let gyro_and_supply = sources.choose(&Choice::default()).unwrap().wheels.gyro_and_supply;
     let at_s = trajectories[1].started_s + 0.5;
-    assert_eq!(beside.turn_rates, [(at_s, [0.0, 0.0, -0.125])]);
-    assert_eq!(beside.supply_v, [(at_s, 11.5), (at_s + 0.5, 11.25)]);
+    assert_eq!(gyro_and_supply.turn_rates, [(at_s, [0.0, 0.0, -0.125])]);
+    assert_eq!(gyro_and_supply.supply_v, [(at_s, 11.5), (at_s + 0.5, 11.25)]);
 }

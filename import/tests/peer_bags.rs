@@ -109,7 +109,7 @@ fn of_a_bag_in_sqlite_what_is_whole_is_read_and_the_rest_is_said() {
     assert!(notes.iter().any(|note| note.contains("120 rows contradict themselves")), "{notes:?}");
     // The first page is none, or is of something else.
     corrupt[100] = 0x77;
-    assert!(said(&corrupt).unwrap_err().contains("no bag of ROS 2"));
+    assert!(said(&corrupt).unwrap_err().contains("not a ROS 2 bag"));
     corrupt[16..18].copy_from_slice(&[0, 3]);
     assert!(said(&corrupt).unwrap_err().contains("the head of this SQLite file is corrupt"));
     std::fs::write(folder.path().join("crashed.db3-wal"), b"more").unwrap();

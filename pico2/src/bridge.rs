@@ -1,6 +1,6 @@
 //! Two motor drivers: a PWM slice for lines A and B of each wheel, a pin for line C, one enable for both.
 
-use core::sync::atomic::Ordering;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_rp::gpio::{Flex, Output};
 use embassy_rp::pwm::{self, Pwm};
@@ -9,7 +9,8 @@ use firmware::lines::Lines;
 use firmware::units::Duty;
 use shared_proto::{DriverConfig, Inputs, WheelPair};
 
-use crate::CONTROL_ALIVE;
+/// The motors were written since the watchdog was fed last.
+pub static CONTROL_ALIVE: AtomicBool = AtomicBool::new(false);
 
 /// One wheel's lines.
 pub struct Wheel {

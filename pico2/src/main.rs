@@ -22,9 +22,9 @@ mod encoders;
 mod store;
 
 use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::Ordering;
 
-use bridge::{Bridge, Wheel};
+use bridge::{Bridge, CONTROL_ALIVE, Wheel};
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_futures::join::join3;
@@ -56,9 +56,6 @@ bind_interrupts!(struct Irqs {
 
 /// A hang restarts the chip after this time; an erasure of the flash takes 0.4 s at most.
 const WATCHDOG: Duration = Duration::from_millis(500);
-
-/// The motors were written since the watchdog was fed last.
-pub(crate) static CONTROL_ALIVE: AtomicBool = AtomicBool::new(false);
 
 type BoardShared = Shared<CriticalSectionRawMutex>;
 static SHARED: StaticCell<BoardShared> = StaticCell::new();

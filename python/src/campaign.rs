@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use campaign::model::{EffectEntry, ModelFile, custom_from_equation, equation_error, hint_for};
+use campaign::words::recording_error;
 use findings::headline::{Asked, headline};
 use findings::json;
 use pyo3::prelude::*;
@@ -12,7 +13,7 @@ use robot_model::compare::{Comparer, RunPredicted};
 use robot_model::effect::{Effect, custom::Per};
 use robot_model::explain::{explain_given, model};
 use robot_model::recording;
-use robot_model::recording::OdometryNoise;
+use robot_model::recording::{OdometryNoise, RecordingError};
 use serde_json::{Value, json};
 
 use crate::convert::{failed, to_bytes};
@@ -101,7 +102,7 @@ impl Campaign {
             let catalogue = self.model.catalogue();
             let in_model: Vec<&str> = self.model.effects.iter().map(EffectEntry::id).collect();
             let mut answer =
-                explain_given(&self.campaign, &catalogue, &in_model).map_err(failed)?;
+                explain_given(&self.campaign, &catalogue, &in_model).map_err(unusable)?;
             if let Some(tolerance_m) = tolerance_m {
                 answer = answer.with_tolerance(tolerance_m);
             }
@@ -125,7 +126,7 @@ impl Campaign {
             let file = model.map_or(&self.model, |model| &model.file);
             let effects = with_values(file)?;
             let own: Vec<&dyn Effect> = file.own().collect();
-            let comparer = Comparer::new(&self.campaign, &own).map_err(failed)?;
+            let comparer = Comparer::new(&self.campaign, &own).map_err(unusable)?;
             let comparison = comparer.compare(&effects);
             let nominal = (!effects.is_empty()).then(|| comparer.compare(&[]));
             let ids: Vec<&str> = effects.iter().map(|one| one.effect.facts().id).collect();
@@ -151,7 +152,7 @@ impl Campaign {
                 let effect = file.find(id).ok_or_else(hint)?;
                 file.effects.push(EffectEntry::unfitted(effect));
             }
-            let fitted = model::fit(&self.campaign, &file.chosen()).map_err(failed)?;
+            let fitted = model::fit(&self.campaign, &file.chosen()).map_err(unusable)?;
             if !fitted.is_finite() {
                 return Err(failed(
                     "with this model the prediction is not finite on these runs; bound its expression, with tanh, min or max",
@@ -169,11 +170,16 @@ impl Campaign {
             let effects = model.map(Model::with_values).transpose()?.unwrap_or_default();
             let fit = model.and_then(|model| model.file.fit);
             let noise = fit.map_or(OdometryNoise::TYPICAL, |fit| fit.noise);
-            let comparer = Comparer::with_noise(&self.campaign, noise).map_err(failed)?;
+            let comparer = Comparer::with_noise(&self.campaign, noise).map_err(unusable)?;
             Ok::<_, PyErr>(comparer.predicted(&effects))
         })?;
         Ok(runs.iter().map(|run| run_bytes(py, run)).collect())
     }
+}
+
+/// A recording that cannot be used.
+fn unusable(error: RecordingError) -> PyErr {
+    failed(recording_error(&error))
 }
 
 impl Campaign {

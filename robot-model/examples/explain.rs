@@ -3,45 +3,30 @@
 //! cargo run --example explain -p robot-model
 
 use robot_model::explain::explain;
-use robot_model::kinematics::{Geometry, Pose, dead_reckon};
 use robot_model::recording::{Campaign, Piece, Robot, Sampling, nominal_run};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let geometry = Geometry::PAPER;
-    let robot = Robot {
-        wheel_radius_m: geometry.wheel_radius_m,
-        track_width_m: geometry.track_width_m,
-        gear_reduction: 1.0,
-        rad_per_count: geometry.rad_per_count(),
-        position_sigma_m: Some(0.001),
-        heading_sigma_rad: Some(0.002),
-    };
+    let robot =
+        Robot { position_sigma_m: Some(0.001), heading_sigma_rad: Some(0.002), ..Robot::PAPER };
     let straight = |travel_m| Piece::Straight { travel_m, speed_mps: 0.2 };
     let spin = |turn_rad| Piece::Spin { turn_rad, speed_mps: 0.1 };
-    let arc = |turn_rad| Piece::Arc { radius_m: 0.5, turn_rad, speed_mps: 0.2 };
-    let pieces = [straight(2.0), straight(-2.0), spin(12.0), spin(-12.0), arc(6.0), arc(-6.0)];
-
-    let runs = pieces.iter().enumerate().map(|(number, piece)| {
-        let mut run = nominal_run(&robot, &format!("run {number}"), &[*piece], &Sampling::USUAL);
+    let pieces = [straight(2.0), straight(-2.0), spin(12.0), spin(-12.0)];
+    let runs = pieces.map(|piece| {
         // What your encoders and your camera say goes here: times, wheel angles, measured poses.
-        let true_w_t = 1.01;
-        let turns = run.wheels.iter().map(|sample| sample.phi_rad);
-        let poses = dead_reckon(Pose::ORIGIN, &geometry, true_w_t, turns);
-        for (k, measured) in run.measured_poses.iter_mut().enumerate() {
-            let pose = poses[k * Sampling::USUAL.samples_per_pose];
-            let noise = |salt: usize| ((k * 7919 + salt * 104_729) % 2001) as f64 / 1000.0 - 1.0;
-            measured.position_m =
-                Some([pose.x_m + 0.0017 * noise(1), pose.y_m + 0.0017 * noise(2)]);
-            measured.heading_rad = Some(pose.heading_rad + 0.0035 * noise(3));
+        let mut run = nominal_run(&robot, &format!("{piece:?}"), &[piece], &Sampling::USUAL);
+        for sample in &mut run.wheels {
+            sample.phi_rad.right /= 1.01;
         }
         run
     });
-    let answer = explain(&Campaign { robot, runs: runs.collect() })?;
+    let answer = explain(&Campaign { robot, runs: runs.into() })?;
     for step in &answer.steps {
-        for parameter in &step.parameters {
-            let (name, value, low, high) =
-                (&parameter.name, parameter.value, parameter.low95, parameter.high95);
-            println!("{}: {name} = {value:.5}, 95 % from {low:.5} to {high:.5}", step.effect);
+        for found in &step.parameters {
+            let (value, low, high) = (found.value, found.low95, found.high95);
+            println!(
+                "{}: {} = {value:.5}, 95 % from {low:.5} to {high:.5}",
+                step.effect, found.name
+            );
         }
     }
     println!("anything left unexplained: {}", answer.unexplained.structure);

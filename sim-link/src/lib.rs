@@ -14,7 +14,7 @@ use host_link::clock::{Clock, TimeSource};
 use host_link::motion::Trigger;
 use host_link::session::Session;
 use host_link::wire::{Waiting, Wire};
-use sim_target::{HostWire, Lab};
+use sim_target::{HostWire, Testbed};
 
 pub use host_link::listen::{ClientEvent, ClientLog};
 pub use serve::{ServeError, ServeEvent, ServeOptions, Server, serve};
@@ -26,9 +26,9 @@ pub fn session(wire: &HostWire, number: u32, port: impl Into<String>) -> Session
     Session::new(SimWire(wire.clone()), Clock::new(VirtualTime), number, port.into())
 }
 
-/// Triggers the laboratory's camera when a recording begins.
-pub fn camera_trigger(lab: Lab) -> Trigger {
-    Rc::new(move |t_us| lab.trigger_camera(t_us))
+/// Triggers the testbed's camera when a recording begins.
+pub fn camera_trigger(testbed: Testbed) -> Trigger {
+    Rc::new(move |t_us| testbed.trigger_camera(t_us))
 }
 
 /// The host's end of the simulated serial line.

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use host_link::cancel::Cancel;
 use host_link::listen::{ClientEvent, Line, Listen};
-use sim_target::{HostWire, Lab, SimTarget};
+use sim_target::{HostWire, SimTarget, Testbed};
 
 /// The simulation catches up with real time this often.
 const STEP: Duration = Duration::from_millis(1);
@@ -80,7 +80,7 @@ pub fn serve(
     cancel: &Cancel,
     tell: &mut dyn FnMut(ServeEvent),
 ) -> Result<(), ServeError> {
-    let mut server = Server::open(listen, options, target.host_wire(), target.lab())?;
+    let mut server = Server::open(listen, options, target.host_wire(), target.testbed())?;
     tell(ServeEvent::Listening(server.address().into()));
     let start = Instant::now();
     let start_us = sim_target::now_us();
@@ -94,10 +94,10 @@ pub fn serve(
 }
 
 /// Whether the robot stands still with its motors off, so that it can be picked up.
-fn stands_still(lab: &Lab) -> bool {
+fn stands_still(testbed: &Testbed) -> bool {
     /// A wheel at rest creeps at most this fast: a thousandth of the paper's cruise \[rad/s\].
     const STILL_RAD_S: f64 = 0.003;
-    lab.plant(|plant| {
+    testbed.plant(|plant| {
         let turns = plant.wheel_speeds_rad_s().any(|speed| speed.abs() > STILL_RAD_S);
         let driven = plant.currents_a().any(|current_a| current_a != 0.0);
         !turns && !driven
@@ -110,7 +110,7 @@ pub struct Server {
     camera: Option<CameraFile>,
     reset_on_connect: bool,
     wire: HostWire,
-    lab: Lab,
+    testbed: Testbed,
 }
 
 impl Server {
@@ -119,14 +119,15 @@ impl Server {
         listen: &Listen,
         options: &ServeOptions<'_>,
         wire: HostWire,
-        lab: Lab,
+        testbed: Testbed,
     ) -> Result<Self, ServeError> {
         if options.reset_on_connect && *listen == Listen::Pty {
             return Err(ServeError::ResetOnPty);
         }
         let line = Line::open(listen).map_err(ServeError::Link)?;
-        let camera = options.camera.map(|path| CameraFile::open(path, lab.clone())).transpose()?;
-        Ok(Self { line, camera, reset_on_connect: options.reset_on_connect, wire, lab })
+        let camera =
+            options.camera.map(|path| CameraFile::open(path, testbed.clone())).transpose()?;
+        Ok(Self { line, camera, reset_on_connect: options.reset_on_connect, wire, testbed })
     }
 
     /// The port by which to reach the robot.
@@ -136,12 +137,12 @@ impl Server {
 
     /// Passes on what client and robot have sent since the last call.
     pub fn exchange(&mut self, tell: &mut dyn FnMut(ServeEvent)) -> Result<(), ServeError> {
-        let Self { line, wire, lab, reset_on_connect, .. } = self;
+        let Self { line, wire, testbed, reset_on_connect, .. } = self;
         let mut news = |news| {
             tell(ServeEvent::Client(news));
             if *reset_on_connect && news == ClientEvent::Connected {
-                if stands_still(lab) {
-                    lab.place_at_start();
+                if stands_still(testbed) {
+                    testbed.place_at_start();
                 } else {
                     tell(ServeEvent::NotPutBack);
                 }
@@ -178,12 +179,12 @@ impl Server {
 struct CameraFile {
     file: File,
     path: PathBuf,
-    lab: Lab,
+    testbed: Testbed,
     written: usize,
 }
 
 impl CameraFile {
-    fn open(path: &Path, lab: Lab) -> Result<Self, ServeError> {
+    fn open(path: &Path, testbed: Testbed) -> Result<Self, ServeError> {
         let mut file = File::create_new(path).map_err(|error| match error.kind() {
             io::ErrorKind::AlreadyExists => ServeError::CameraExists(path.into()),
             _ => ServeError::CameraNew(path.into(), error),
@@ -193,14 +194,14 @@ impl CameraFile {
             let _ = std::fs::remove_file(path);
             ServeError::CameraWrite(path.into(), error)
         })?;
-        Ok(Self { file, path: path.into(), lab, written: 0 })
+        Ok(Self { file, path: path.into(), testbed, written: 0 })
     }
 
     fn append(&mut self) -> Result<(), ServeError> {
-        if self.lab.camera_len() == self.written {
+        if self.testbed.camera_len() == self.written {
             return Ok(());
         }
-        let samples = self.lab.camera_samples_from(self.written);
+        let samples = self.testbed.camera_samples_from(self.written);
         self.written += samples.len();
         let lines: String = samples
             .iter()

@@ -11,17 +11,17 @@ use shared_proto::{Wheel, WheelPair};
 
 use crate::clock;
 use crate::flash::Flash;
-use crate::lab::Lab;
 use crate::pin::Pin;
 use crate::plant::EncoderStep;
 use crate::robot_task::StoppedTasks;
 use crate::scenario::Scenario;
+use crate::testbed::Testbed;
 use crate::wire::{HostWire, Wire, WireParameters};
 use crate::world::World;
 
-/// Plant, laboratory and serial line on this thread's virtual clock. One at a time per thread.
+/// Plant, testbed and serial line on this thread's virtual clock. One at a time per thread.
 pub struct Chassis {
-    lab: Lab,
+    testbed: Testbed,
     to_robot: Wire,
     to_host: Wire,
 }
@@ -39,7 +39,7 @@ impl Chassis {
         let flash = Flash::new(None).expect("no file is read");
         let line = WireParameters { baud: 0, frame_loss: 0.0, bit_error: 0.0 };
         Self {
-            lab: Lab {
+            testbed: Testbed {
                 world: Rc::new(RefCell::new(world)),
                 flash,
                 stopped: StoppedTasks::default(),
@@ -49,9 +49,9 @@ impl Chassis {
         }
     }
 
-    /// The laboratory round the robot.
-    pub fn lab(&self) -> Lab {
-        self.lab.clone()
+    /// The testbed round the robot.
+    pub fn testbed(&self) -> Testbed {
+        self.testbed.clone()
     }
 
     /// The host's end of the serial line.
@@ -61,7 +61,7 @@ impl Chassis {
 
     /// When the next event is due that does not come from the controller \[us\].
     pub fn next_us(&self) -> u64 {
-        let world = self.lab.world.borrow().next_event_us();
+        let world = self.testbed.world.borrow().next_event_us();
         clock::next_alarm_us().map_or(world, |alarm| alarm.min(world))
     }
 
@@ -69,15 +69,15 @@ impl Chassis {
     pub fn advance_to(&self, t_us: u64) {
         if t_us > clock::now_us() {
             // The plant first, so that the encoders' step covers the whole advance.
-            self.lab.world.borrow_mut().advance_plant_to(t_us);
+            self.testbed.world.borrow_mut().advance_plant_to(t_us);
             clock::advance_to(t_us);
-            self.lab.world.borrow_mut().act();
+            self.testbed.world.borrow_mut().act();
         }
     }
 
     /// Sets the motor drivers: mean voltages as shares of the supply.
     pub fn drive(&self, duty: WheelPair<f64>, enabled: bool) {
-        let mut world = self.lab.world.borrow_mut();
+        let mut world = self.testbed.world.borrow_mut();
         let plant = world.plant_now();
         plant.set_enabled(enabled);
         plant.set_duty(duty);
@@ -85,12 +85,12 @@ impl Chassis {
 
     /// What an encoder did during the last [`advance_to`](Self::advance_to).
     pub fn encoder_step(&self, wheel: Wheel) -> EncoderStep {
-        self.lab.plant(|plant| plant.encoder_step(wheel))
+        self.testbed.plant(|plant| plant.encoder_step(wheel))
     }
 
     /// The measured supply, noise included \[V\].
     pub fn supply_v(&self) -> f64 {
-        self.lab.world.borrow_mut().plant_now().supply_v()
+        self.testbed.world.borrow_mut().plant_now().supply_v()
     }
 
     /// Takes the bytes that the host has sent.

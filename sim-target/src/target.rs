@@ -24,11 +24,11 @@ use crate::executor::Executor;
 use crate::flash::Flash;
 use crate::guard::{Guard, GuardedTask};
 use crate::hardware::{Hardware, VirtualControlTimer};
-use crate::lab::Lab;
 use crate::nor::Nor;
 use crate::pin::Pin;
 use crate::robot_task::{RobotTask, StoppedTasks};
 use crate::scenario::Scenario;
+use crate::testbed::Testbed;
 use crate::uid::uid;
 use crate::wire::{HostWire, Wire};
 use crate::world::World;
@@ -57,7 +57,7 @@ pub struct SimTarget {
     board: BoardInfo,
     random: Option<ChaCha8Rng>,
     nor: Option<Nor>,
-    lab: Lab,
+    testbed: Testbed,
     to_robot: Wire,
     to_host: Wire,
 }
@@ -93,9 +93,9 @@ impl SimTarget {
             random: None,
         };
         let random = options.random.map(ChaCha8Rng::from_seed);
-        let lab = Lab { world, flash, stopped: StoppedTasks::default() };
+        let testbed = Testbed { world, flash, stopped: StoppedTasks::default() };
         let nor = options.nor;
-        let mut target = Self { executor: None, board, random, nor, lab, to_robot, to_host };
+        let mut target = Self { executor: None, board, random, nor, testbed, to_robot, to_host };
         target.boot();
         Ok(target)
     }
@@ -103,10 +103,10 @@ impl SimTarget {
     /// Starts guard and tasks.
     fn boot(&mut self) {
         self.board.random = self.random.as_mut().map(|random| random.random());
-        let world = self.lab.world.clone();
+        let world = self.testbed.world.clone();
         world.borrow_mut().guard = Some(Guard::new(clock::now_us()));
         let shared: SimShared = Rc::new(Shared::new());
-        let mut executor = Executor::new(self.lab.stopped.clone());
+        let mut executor = Executor::new(self.testbed.stopped.clone());
         Self::spawn_control(&mut executor, &shared, Hardware(world.clone()));
         self.spawn_others(&mut executor, &shared);
         self.executor = Some(executor);
@@ -133,7 +133,7 @@ impl SimTarget {
         let (s, wire) = (shared.clone(), self.to_robot.clone());
         executor.spawn(RobotTask::Receive, async move { task::link::receive(&s, wire).await });
         let (stop, fault) = {
-            let world = self.lab.world.borrow();
+            let world = self.testbed.world.borrow();
             (WaitPin(world.emergency_stop.clone()), world.driver_fault.clone())
         };
         let s = shared.clone();
@@ -144,7 +144,7 @@ impl SimTarget {
         executor.spawn(RobotTask::DriverFault, async move {
             task::safety_inputs::driver_fault(&s, fault).await
         });
-        let (s, flash, board) = (shared.clone(), self.lab.flash.clone(), self.board.clone());
+        let (s, flash, board) = (shared.clone(), self.testbed.flash.clone(), self.board.clone());
         match self.nor.clone() {
             None => executor.spawn(RobotTask::Supervisor, async move {
                 task::supervisor::run(&s, flash, board).await
@@ -153,7 +153,7 @@ impl SimTarget {
                 task::supervisor::run(&s, FlashStore::new(nor), board).await
             }),
         }
-        let (s, world) = (shared.clone(), self.lab.world.clone());
+        let (s, world) = (shared.clone(), self.testbed.world.clone());
         executor.spawn(RobotTask::Heartbeat, async move {
             task::heartbeat::run(&s, || world.borrow_mut().check_in(GuardedTask::Others)).await
         });
@@ -161,7 +161,7 @@ impl SimTarget {
 
     /// Whether only holders of a key may talk to the robot.
     pub fn has_key(&self) -> bool {
-        self.lab.flash.has_key()
+        self.testbed.flash.has_key()
     }
 
     /// A restart by the watchdog, or after a power cut: the tasks end and begin again. The plant rolls on.
@@ -170,8 +170,8 @@ impl SimTarget {
         if let Some(nor) = &self.nor {
             nor.tear();
         }
-        self.lab.stopped.clear();
-        self.lab.world.borrow_mut().restart = false;
+        self.testbed.stopped.clear();
+        self.testbed.world.borrow_mut().restart = false;
         self.board.reset_cause = cause;
         self.boot();
     }
@@ -180,8 +180,8 @@ impl SimTarget {
     fn end_tasks(&mut self) {
         self.to_robot.forget_reader();
         self.to_host.forget_reader();
-        self.lab.world.borrow().emergency_stop.forget_waiter();
-        self.lab.world.borrow().driver_fault.forget_waiter();
+        self.testbed.world.borrow().emergency_stop.forget_waiter();
+        self.testbed.world.borrow().driver_fault.forget_waiter();
         self.executor = None;
         clock::forget_alarms();
     }
@@ -191,9 +191,9 @@ impl SimTarget {
         HostWire { to_robot: self.to_robot.clone(), to_host: self.to_host.clone() }
     }
 
-    /// The laboratory round the robot.
-    pub fn lab(&self) -> Lab {
-        self.lab.clone()
+    /// The testbed round the robot.
+    pub fn testbed(&self) -> Testbed {
+        self.testbed.clone()
     }
 
     /// Runs robot and host together, as fast as possible, until the host is done.
@@ -236,7 +236,7 @@ impl SimTarget {
 
     /// Advances the clock to the next event or alarm, at most to `limit_us`; true if the robot restarted.
     fn advance(&mut self, limit_us: u64) -> bool {
-        let mut world = self.lab.world.borrow_mut();
+        let mut world = self.testbed.world.borrow_mut();
         if core::mem::take(&mut world.power_cut) {
             world.plant_now().set_enabled(false);
             drop(world);

@@ -207,7 +207,11 @@ fn what_cannot_be_imported_is_one_error_and_no_folder() {
             "",
             "no odometry is called `/odom`",
         ),
-        ("whole.mcap --controller a.yaml", "", "a.yaml, line 1: wheel_radius = `big` is no number"),
+        (
+            "whole.mcap --controller a.yaml",
+            "",
+            "a.yaml, line 1: wheel_radius = `big` is not a number",
+        ),
         ("no-overlap.mcap", "", "have no motion in common"),
         ("no-overlap.mcap", "", "s after the wheels end"),
         ("other-robot.mcap", "", "have no motion in common"),

@@ -57,7 +57,7 @@ fn both_ends_of_a_run_are_where_the_tape_says_and_bad_answers_are_asked_again() 
     let warnings: Vec<&str> =
         outcome.stderr.lines().filter(|line| line.starts_with("warning:")).collect();
     for (warning, expected) in warnings.iter().zip([
-        "`1m` is no pose",
+        "`1m` is not a pose",
         "no unit",
         "4.99 m from its start",
         "unit",

@@ -24,7 +24,7 @@ fn a_radius_that_is_5_percent_off_is_the_first_thing_said_and_nothing_is_written
     let radius_m: f64 = number.split_whitespace().next().unwrap().parse().unwrap();
     // Four digits are printed, and the radius grows with the speed by up to 0.7 %.
     assert!((radius_m / 0.036 - 1.0).abs() < 0.01, "{radius_m}");
-    assert!(number.contains("(it says 0.0342) in robot.toml."), "{said}");
+    assert!(number.contains("(now 0.0342) in robot.toml."), "{said}");
 
     temp.run("config save --flash flash").ok();
     let before = temp.read("flash");
@@ -75,7 +75,7 @@ fn a_counter_of_16_bits_that_went_round_is_named_as_such_with_its_row() {
     for words in [
         "column 2: ",
         "left_counts goes from 65",
-        "in one step: its 16-bit counter went round",
+        "in one step: its 16-bit counter wrapped around",
         "add 65536 from this row on",
     ] {
         assert!(message.contains(words), "{words}: {message}");

@@ -93,13 +93,13 @@ pub fn sound(seed: u64, kind: Kind, effects: &[HiddenEffect]) -> Scenario {
 pub fn record(scenario: &Scenario, plan: &CampaignPlan, period_ms: u16) -> Result<Campaign, Error> {
     let mut target = SimTarget::new(scenario, Options::default())
         .map_err(|error| Error::new(format_args!("no flash: {error}")))?;
-    let lab = target.lab();
+    let testbed = target.testbed();
     let mut session = sim_link::session(&target.host_wire(), 1, "sim");
     target.run(future::or(
         async {
             session.open().await?;
             let config = session.read_config().await?;
-            let mut camera = Camera::new(lab);
+            let mut camera = Camera::new(testbed);
             let robot = robot_file(&config, camera.noise());
             let mut campaign =
                 Campaign { robot, runs: Vec::new(), copies: Vec::new(), warnings: Vec::new() };

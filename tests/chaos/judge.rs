@@ -10,7 +10,7 @@ use firmware::hal::Store;
 use firmware::store::FlashStore;
 use futures_lite::future::block_on;
 use shared_proto::{Channel, Command, Config, Key, MotionId, Nonce, Received, Request};
-use sim_target::{Lab, Nor, now_us};
+use sim_target::{Nor, Testbed, now_us};
 
 /// The speed of every drive \[m/s\]; velocities and voltages are slower.
 pub const CRUISE_MPS: f64 = 0.2;
@@ -91,7 +91,7 @@ const HALF_TRACK_M: f64 = 0.19;
 
 /// What the judge knows.
 pub struct Judge {
-    lab: Lab,
+    testbed: Testbed,
     nor: Nor,
     /// What did not hold; of each invariant the first in a session.
     pub broken: Vec<Broken>,
@@ -117,9 +117,9 @@ pub struct Judge {
 }
 
 impl Judge {
-    pub fn new(lab: Lab, nor: Nor) -> Self {
+    pub fn new(testbed: Testbed, nor: Nor) -> Self {
         Self {
-            lab,
+            testbed,
             nor,
             broken: Vec::new(),
             session_broke: BTreeSet::new(),
@@ -280,7 +280,7 @@ impl Judge {
 
     /// Every millisecond.
     pub fn watch(&mut self) {
-        let (speed_mps, faster_mps, powered) = self.lab.plant(|plant| {
+        let (speed_mps, faster_mps, powered) = self.testbed.plant(|plant| {
             let radius_m = plant.parameters().geometry.wheel_radius_m;
             let speed = plant.wheel_speeds_rad_s().zip(radius_m).map(|(w, r)| (w * r).abs());
             let mean = 0.5 * (speed.left + speed.right);
@@ -316,7 +316,7 @@ impl Judge {
 
     /// Whether a motor carries current, and whether a wheel turns.
     pub fn moves(&self) -> (bool, bool) {
-        self.lab.plant(|plant| {
+        self.testbed.plant(|plant| {
             let powered = plant.currents_a().any(|a| a != 0.0);
             (powered, plant.wheel_speeds_rad_s().any(|w| w.abs() > 0.01))
         })

@@ -36,7 +36,7 @@ use futures_lite::future;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::{Command, Encoder, Request};
-use sim_target::{Lab, Nor, Options, Scenario, SimTarget, now_us, sleep_until_us};
+use sim_target::{Nor, Options, Scenario, SimTarget, Testbed, now_us, sleep_until_us};
 
 use crate::robot::meters;
 
@@ -97,8 +97,8 @@ pub fn run_robot(seed: u64, sessions: u32, plant: Option<Plant>) -> Outcome {
     let random = rng.random_bool(0.5).then(|| rng.random());
     let options = Options { nor: Some(nor.clone()), random, ..Options::default() };
     let mut target = SimTarget::new(&scenario, options).expect("there is no file");
-    let (lab, wire) = (target.lab(), target.host_wire());
-    let judge = Rc::new(RefCell::new(Judge::new(lab.clone(), nor.clone())));
+    let (testbed, wire) = (target.testbed(), target.host_wire());
+    let judge = Rc::new(RefCell::new(Judge::new(testbed.clone(), nor.clone())));
     let served = rng.random_bool(0.5);
     let network = Network::new(wire.clone(), served, rng.random(), judge.clone(), plant);
     let folder = campaign_folder();
@@ -116,7 +116,8 @@ pub fn run_robot(seed: u64, sessions: u32, plant: Option<Plant>) -> Outcome {
         let before = nor.copy();
         let rewind =
             (plant == Some(Plant::CountThatIsForgotten)).then(|| (nor.clone(), nor.copy()));
-        let world = World { laboratory: laboratory.clone(), lab: lab.clone(), plant, rewind };
+        let world =
+            World { laboratory: laboratory.clone(), testbed: testbed.clone(), plant, rewind };
         target.run(world.session(rng.random()));
         judge.borrow_mut().settle();
         for found in judge.borrow_mut().broken.drain(..) {
@@ -128,7 +129,7 @@ pub fn run_robot(seed: u64, sessions: u32, plant: Option<Plant>) -> Outcome {
             _ => {}
         }
     }
-    let pose = lab.pose();
+    let pose = testbed.pose();
     let fingerprint = [pose.x_m, pose.y_m, pose.heading_rad].map(f64::to_bits);
     let fingerprint = fingerprint.iter().fold(now_us(), |sum, bits| sum.rotate_left(7) ^ bits);
     Outcome { broken, done: laboratory.done.get(), virtual_us: now_us(), fingerprint }
@@ -144,7 +145,7 @@ fn campaign_folder() -> tempfile::TempDir {
 /// A robot's world for one session.
 struct World {
     laboratory: Laboratory,
-    lab: Lab,
+    testbed: Testbed,
     plant: Option<Plant>,
     /// A planted fault: the flash, and what it holds again after a power cut.
     rewind: Option<(Nor, Nor)>,
@@ -171,7 +172,7 @@ impl World {
         }
         let storm = storm::Storm {
             laboratory: self.laboratory.clone(),
-            lab: self.lab.clone(),
+            testbed: self.testbed.clone(),
             rewind: self.rewind.clone(),
             fates,
             until_us,
@@ -210,7 +211,7 @@ impl World {
     /// The storm is over: the robot comes to rest, and a fresh host drives it; now and then a second one stops it.
     async fn aftermath(&self, rng: &mut ChaCha8Rng) {
         self.laboratory.network.borrow_mut().clear();
-        storm::mend(&self.lab);
+        storm::mend(&self.testbed);
         sleep_until_us(now_us() + 1_500_000).await;
         self.laboratory.judge_runs();
         let fate = Rc::new(Fate::default());

@@ -6,7 +6,7 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shared_proto::{Encoder, Hello};
 use sim_target::plant::PlantFault;
-use sim_target::{Lab, Nor, now_us, sleep_until_us};
+use sim_target::{Nor, Testbed, now_us, sleep_until_us};
 
 use super::host::{Done, Fate, Laboratory};
 use super::network::Weather;
@@ -14,7 +14,7 @@ use super::network::Weather;
 /// A session's storm.
 pub struct Storm {
     pub laboratory: Laboratory,
-    pub lab: Lab,
+    pub testbed: Testbed,
     /// A planted fault: the flash, and what it holds again after a power cut.
     pub rewind: Option<(Nor, Nor)>,
     pub fates: Vec<Rc<Fate>>,
@@ -61,7 +61,7 @@ impl Storm {
                     if let Some((nor, earlier)) = &self.rewind {
                         nor.put_back(earlier);
                     }
-                    self.lab.cut_power();
+                    self.testbed.cut_power();
                     sleep_until_us(now_us() + rng.random_range(100..20_000)).await;
                     count(|done| done.restarts += 1);
                 }
@@ -71,9 +71,9 @@ impl Storm {
             8 => self.replay(rng).await,
             9 => self.noise(rng).await,
             10 => {
-                self.lab.inject(PlantFault::EmergencyStop);
+                self.testbed.inject(PlantFault::EmergencyStop);
                 sleep_until_us(now_us() + 100_000).await;
-                mend(&self.lab);
+                mend(&self.testbed);
             }
             _ => {}
         }
@@ -122,6 +122,6 @@ impl Storm {
 }
 
 /// The button is out again.
-pub fn mend(lab: &Lab) {
-    lab.mend(PlantFault::EmergencyStop);
+pub fn mend(testbed: &Testbed) {
+    testbed.mend(PlantFault::EmergencyStop);
 }

@@ -1,6 +1,8 @@
 //! What `explain --drivetrain` says about a case, and whether that is right.
 
-use robot_model::drivetrain::{Experiment, MotorAnswer, baseline_errors, missing};
+use robot_model::drivetrain::{
+    Experiment, MotorAnswer, MotorUnexplained, baseline_errors, missing,
+};
 
 use super::case::{Case, Kind};
 use super::hidden::Hidden;
@@ -53,9 +55,9 @@ pub fn judge(seed: u64, case: &Case) -> Score {
     let after_m = answer.steps.last().map_or(answer.baseline, |step| step.errors).cross_validated_m;
     let right = match case.kind {
         Kind::Strong | Kind::Weak | Kind::Two => ids.iter().all(|id| is_named(id)),
-        Kind::Nothing => answer.steps.is_empty() && !answer.remains.structure,
+        Kind::Nothing => answer.steps.is_empty() && !answer.unexplained.structure,
         Kind::Outside => {
-            answer.remains.structure || {
+            answer.unexplained.structure || {
                 let sound = sound_error_m(seed, case);
                 after_m <= AS_GOOD * sound
             }
@@ -80,17 +82,18 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         after_m * 1e3,
         answer.resolution_m * 1e3,
         answer.experiments,
-        if answer.remains.structure {
-            format!("flag {:?} {:.3}", answer.remains.depends_on, answer.remains.size_m * 1e3)
-        } else {
-            format!(
-                "no flag, p {:.3}, to {:.3}",
-                answer.remains.p_value,
-                answer.remains.floor_m * 1e3
-            )
-        }
+        flag(&answer.unexplained)
     );
     Score { kind: case.kind, right: Some(right), false_alarm, covers: covers(case, &answer), text }
+}
+
+fn flag(unexplained: &MotorUnexplained) -> String {
+    let MotorUnexplained { structure, depends_on, p_value, size_m, floor_m } = unexplained;
+    if *structure {
+        format!("flag {depends_on:?} {:.3}", size_m * 1e3)
+    } else {
+        format!("no flag, p {p_value:.3}, to {:.3}", floor_m * 1e3)
+    }
 }
 
 /// How far the baseline is off on the same robot with nothing hidden.

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use beeline_tests::calibration::{Instrument, Verdict, quartiles, verdicts_on};
+use beeline_tests::calibration::{CalibrationOutcome, Instrument, quartiles, verdicts_on};
 
 /// The lateral error's median must fall by this factor with the camera.
 const FACTOR_MIN: f64 = 20.0;
@@ -77,13 +77,14 @@ struct Figures {
 
 fn report(name: &str, seeds: &[u64], instrument: Instrument) -> Figures {
     let results = verdicts_on(seeds, instrument);
-    let good: Vec<&Verdict> = results.iter().flatten().collect();
-    let column =
-        |f: fn(&Verdict) -> f64| good.iter().map(|verdict| f(verdict)).collect::<Vec<f64>>();
-    let mm = |f: fn(&Verdict) -> f64| quartiles(&column(f))[1] * 1e3;
-    let factor = quartiles(&column(Verdict::factor));
+    let good: Vec<&CalibrationOutcome> = results.iter().flatten().collect();
+    let column = |f: fn(&CalibrationOutcome) -> f64| {
+        good.iter().map(|verdict| f(verdict)).collect::<Vec<f64>>()
+    };
+    let mm = |f: fn(&CalibrationOutcome) -> f64| quartiles(&column(f))[1] * 1e3;
+    let factor = quartiles(&column(CalibrationOutcome::factor));
     let worst_mm = column(|v| v.after_m.abs()).into_iter().fold(0.0, f64::max) * 1e3;
-    let errors = column(Verdict::error_sigmas);
+    let errors = column(CalibrationOutcome::error_sigmas);
     let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
     let coverage = good.iter().filter(|v| v.covered).count() as f64 / good.len() as f64;
     println!(

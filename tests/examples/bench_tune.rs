@@ -4,8 +4,8 @@
 use std::process::ExitCode;
 
 use beeline_tests::parallel::in_order;
+use beeline_tests::tuning::outcome::FLOOR_M;
 use beeline_tests::tuning::robots::{UntunedRobot, draw};
-use beeline_tests::tuning::verdict::FLOOR_M;
 
 fn main() -> ExitCode {
     let Some(seeds) = arguments() else {

@@ -108,12 +108,12 @@ fn explained(scenario: &Scenario) -> Result<Answer, String> {
     let folder = temp.path().join("robot");
     let options = Options::default();
     let mut target = SimTarget::new(scenario, options).map_err(|error| error.to_string())?;
-    let (lab, wire) = (target.lab(), target.host_wire());
+    let (testbed, wire) = (target.testbed(), target.host_wire());
     let mut session = sim_link::session(&wire, 1, "sim");
     let procedure = async {
         session.open().await.map_err(|error| error.to_string())?;
         let mut tell = |_: RecordStep<'_>| ();
-        let (camera, settings) = (&mut Camera::new(lab), RecordSettings::default());
+        let (camera, settings) = (&mut Camera::new(testbed), RecordSettings::default());
         let recorded =
             record_campaign(&mut session, camera, &plan, &folder, &settings, &mut tell).await;
         recorded.map(drop).map_err(|error| error.to_string())

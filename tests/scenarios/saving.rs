@@ -113,10 +113,10 @@ fn next_straight(
 }
 
 async fn run(robot: &mut Robot, procedure: Procedure) -> Result<String, Error> {
-    let lab = robot.lab.clone();
+    let testbed = robot.testbed.clone();
     let source: &mut dyn PoseSource = match procedure.instrument() {
-        Instrument::Camera => &mut Camera::new(lab),
-        Instrument::Ruler => &mut Ruler::new(lab),
+        Instrument::Camera => &mut Camera::new(testbed),
+        Instrument::Ruler => &mut Ruler::new(testbed),
     };
     let session = &mut robot.session;
     if let Procedure::Umbmark(_) = procedure {
@@ -156,10 +156,10 @@ async fn run(robot: &mut Robot, procedure: Procedure) -> Result<String, Error> {
 async fn straight(robot: &mut Robot, config: &Config) -> Result<f64, String> {
     let words = |error: host_link::error::Error| error.to_string();
     robot.session.write_config(config).await.map_err(words)?;
-    robot.lab.place_at_start();
-    let start = robot.lab.pose();
+    robot.testbed.place_at_start();
+    let start = robot.testbed.pose();
     motion::drive(&mut robot.session, &Motion::PAPER, RecordOptions::default(), &mut |_| ())
         .await
         .map_err(words)?;
-    Ok(robot.lab.pose().relative_to(start).y_m)
+    Ok(robot.testbed.pose().relative_to(start).y_m)
 }

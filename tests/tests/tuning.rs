@@ -5,14 +5,14 @@ use std::f64::consts::PI;
 
 use beeline_tests::parallel::in_order;
 use beeline_tests::robot::{on_robot, on_robot_with};
+use beeline_tests::tuning::outcome::FLOOR_M;
 use beeline_tests::tuning::robots::draw;
-use beeline_tests::tuning::verdict::FLOOR_M;
 use futures_lite::future;
 use host_cli::tune::{Settings, Tuned, tune};
 use host_link::Cancel;
 use shared_proto::{Config, State, Wheel};
 use sim_target::plant::PlantFault;
-use sim_target::{Lab, Options, Scenario, sleep_until_us};
+use sim_target::{Options, Scenario, Testbed, sleep_until_us};
 
 fn settings() -> Settings {
     Settings { floor_m: 1.5, stiffness: 1.0, record: false, undo_folder: None }
@@ -87,13 +87,13 @@ fn on_slope(slope_rad: f64) -> Result<Tuned, String> {
 #[test]
 fn a_slope_is_said_and_not_taken_for_friction() {
     let level = on_slope(0.0).unwrap_or_else(|error| panic!("{error}"));
-    assert_eq!(level.fit.constants.push(), None);
+    assert_eq!(level.fit.constants.load_disturbance(), None);
     let tuned = on_slope(-0.03).unwrap_or_else(|error| panic!("{error}"));
     // m g sin(slope) r / 2 by wheel, in volts: 4 kg, 36 mm.
     let push_nm = 4.0 * 9.81 * (-0.03_f64).sin() * 0.036 / 2.0;
     let motor = Scenario::default().plant.motor.left;
     let expected_v = push_nm * motor.resistance_ohm / motor.wheel_torque_constant_nm_per_a();
-    let push = tuned.fit.constants.push().expect("both wheels feel it");
+    let push = tuned.fit.constants.load_disturbance().expect("both wheels feel it");
     assert!((push.volts / expected_v - 1.0).abs() < 0.15, "{push:?} {expected_v}");
     // What is saved is the friction that the robot has on the level.
     let saved = tuned.change.1.feedforward;
@@ -123,12 +123,12 @@ fn a_line_that_loses_two_percent_changes_nothing() {
 }
 
 /// Tunes the standard robot while something happens to it at this time \[s\]; it must fail, and say this.
-fn fails(at_s: f64, happens: impl Fn(&Lab, &Cancel), says: &[&str]) {
+fn fails(at_s: f64, happens: impl Fn(&Testbed, &Cancel), says: &[&str]) {
     let before = Config::default();
     let options = Options { config: Some(before.clone()), ..Options::default() };
     on_robot_with(&Scenario::default(), options, async |robot| {
         robot.listen(0.01).await;
-        let (lab, cancel) = (robot.lab.clone(), Cancel::default());
+        let (testbed, cancel) = (robot.testbed.clone(), Cancel::default());
         robot.session.cancel_by(&cancel);
         let tuning = async {
             let tuned: Result<Tuned, _> = tune(&mut robot.session, &settings(), &mut |_| {}).await;
@@ -136,7 +136,7 @@ fn fails(at_s: f64, happens: impl Fn(&Lab, &Cancel), says: &[&str]) {
         };
         let event = async {
             sleep_until_us((at_s * 1e6) as u64).await;
-            happens(&lab, &cancel);
+            happens(&testbed, &cancel);
             future::pending().await
         };
         let error = future::or(tuning, event).await.expect_err("it cannot be tuned");
@@ -161,7 +161,7 @@ fn a_blocked_wheel_a_cut_encoder_and_a_dead_supply_are_named_and_nothing_is_chan
             "do not drive better",
             "as these wheels did",
         ];
-        fails(at_s, |lab, _| lab.inject(PlantFault::WheelBlocked(Wheel::Left)), &blocked);
+        fails(at_s, |testbed, _| testbed.inject(PlantFault::WheelBlocked(Wheel::Left)), &blocked);
         let dead = [
             "encoder_dead",
             "stall",
@@ -169,8 +169,8 @@ fn a_blocked_wheel_a_cut_encoder_and_a_dead_supply_are_named_and_nothing_is_chan
             "as these wheels did",
             "hardly turned",
         ];
-        fails(at_s, |lab, _| lab.inject(PlantFault::EncoderUnplugged(Wheel::Right)), &dead);
-        fails(at_s, |lab, _| lab.inject(PlantFault::SupplyDip { volts: 6.0 }), &["supply"]);
+        fails(at_s, |testbed, _| testbed.inject(PlantFault::EncoderUnplugged(Wheel::Right)), &dead);
+        fails(at_s, |testbed, _| testbed.inject(PlantFault::SupplyDip { volts: 6.0 }), &["supply"]);
     }
 }
 

@@ -1,12 +1,8 @@
 //! No circles of uses between the files of a crate, and none between the folders of robot-model.
 //!
 //! What counts as a use is said in `source`. Every crate is read: the workspace's, the emulated
-//! board's, their examples and their tests' programs.
-//!
-//! One kind of circle is let pass, that of two files: a module's file (`a/mod.rs`, or `a.rs` beside `a/`)
-//! calls a file below it, and this one uses a type of the module's file. That is how Rust splits a large
-//! module. A circle of more files is never let pass, not even within one module: `a/b.rs` uses `a/mod.rs`,
-//! this uses `a/c.rs`, and this uses `a/b.rs`.
+//! board's, their examples and their tests' programs. A module's file (`a/mod.rs`, or `a.rs` beside `a/`) and
+//! a file below it are no exception: what both need is in a third file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -51,41 +47,9 @@ fn find(base: &Path, files: &[PathBuf]) -> Result<(Vec<Uses>, Read), String> {
     for crate_root in &roots {
         let source = Crate::read(base, crate_root)?;
         read.extend(source.files().map(Path::to_path_buf));
-        circles.extend(circles_in(&not_let_pass(&source.uses())));
+        circles.extend(circles_in(&source.uses()));
     }
     Ok((circles, Read { crates: roots.len(), files: read.len() }))
-}
-
-/// The uses that are part of a circle, except of one between a module's file and a file below it.
-fn not_let_pass(uses: &Uses) -> Uses {
-    let to_all = graph(uses);
-    let is_wrong = |from: &Path, to: &Path| {
-        let goes_back = to_all.get(to).is_some_and(|all| all.contains(from));
-        let is_pair = is_below(from, to) || is_below(to, from);
-        goes_back && !is_pair || has_way_round(to, from, &to_all)
-    };
-    let wrong = uses.iter().filter(|((from, to), _)| is_wrong(from, to));
-    wrong.map(|(arrow, names)| (arrow.clone(), names.clone())).collect()
-}
-
-/// Whether a way leads from one file to another by at least one more.
-fn has_way_round(from: &Path, to: &Path, to_all: &Graph) -> bool {
-    let nexts = |file: &Path| to_all.get(file).into_iter().flatten().copied();
-    let mut reached = BTreeSet::from([from]);
-    let mut open: Vec<&Path> = nexts(from).filter(|next| *next != to).collect();
-    while let Some(file) = open.pop() {
-        if reached.insert(file) {
-            open.extend(nexts(file));
-        }
-    }
-    reached.contains(to)
-}
-
-/// Whether a file is of a module inside that of the other file.
-fn is_below(inner: &Path, outer: &Path) -> bool {
-    let folder = outer.parent().unwrap_or(Path::new(""));
-    let is_head = ["mod.rs", "lib.rs", "main.rs"].iter().any(|name| outer.ends_with(name));
-    if is_head { inner.starts_with(folder) } else { inner.starts_with(outer.with_extension("")) }
 }
 
 /// The circles of a graph: its strongly connected parts, each with the uses within it.

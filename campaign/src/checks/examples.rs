@@ -245,12 +245,18 @@ const CASES: [(&str, Mutation, &str, Option<&str>, bool); 24] = [
         Some("left_counts should be 4.0 times smaller"),
         true,
     ),
-    ("wrap", wrap, "its 16-bit counter went round", Some("its 16-bit counter went round"), false),
+    (
+        "wrap",
+        wrap,
+        "its 16-bit counter wrapped around",
+        Some("its 16-bit counter went round"),
+        false,
+    ),
     (
         "wrap once",
         |run| from(run, 0.5, |row| row.counts.left = row.counts.left.map(|left| left + 65_536.0)),
-        "its 16-bit counter went round",
-        Some("its 16-bit counter went round"),
+        "its 16-bit counter wrapped around",
+        Some("its 16-bit counter wrapped around"),
         false,
     ),
     (

@@ -62,7 +62,7 @@ fn a_counter_that_went_round_is_told_with_its_row_and_what_to_add() {
     let round = |left: f64| (left + 65_486.0).rem_euclid(65_536.0);
     let error = read(|t_s| row(t_s, [1.0; 3], round)).unwrap_err().to_string();
     assert!(error.contains("column 3: left_counts goes from 655"), "{error}");
-    assert!(error.contains("its 16-bit counter went round"), "{error}");
+    assert!(error.contains("its 16-bit counter wrapped around"), "{error}");
     assert!(error.ends_with("; add 65536 from this row on"), "{error}");
 }
 

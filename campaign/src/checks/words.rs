@@ -97,7 +97,7 @@ fn of_moment(places: &FaultPlaces, what: &DataFault) -> Option<(Place, (String, 
             let often =
                 if times > 1 { format!(", {times} times in this run") } else { String::new() };
             let problem = format!(
-                "{} goes from {from} to {to} in one step: its {bits}-bit counter went round{often}",
+                "{} goes from {from} to {to} in one step: its {bits}-bit counter wrapped around{often}",
                 column.name()
             );
             let verb = if to < from { "add" } else { "subtract" };

@@ -11,7 +11,7 @@
 
 use std::path::Path;
 
-use robot_model::effect::{CATALOGUE, Effect, FirmwareTerm, KnownEffect};
+use robot_model::effect::{CATALOGUE, FirmwareTerm, KnownEffect};
 use robot_model::explain::ParameterFound;
 use shared_proto::Config;
 
@@ -33,16 +33,16 @@ pub fn effects(nominal: &RobotFile, config: &Config) -> Vec<EffectEntry> {
         FirmwareTerm::TrackWidth => in_use.track_width_m / nominal.track_width_m - 1.0,
         FirmwareTerm::HeadingPull => in_use.heading_pull_rad_per_m,
     };
-    let entry = |effect: &'static dyn Effect| {
+    let entry = |effect: KnownEffect| {
         let facts = effect.facts();
         let value = value(facts.compensated_by?);
         let of = facts.parameters.first().filter(|_| value.abs() > NOTHING)?;
         let (name, unit) = (of.name.to_string(), of.unit.to_string());
         let found = ParameterFound { name, unit, value, sigma: 0.0, low95: value, high95: value };
-        let entry = EffectEntry::unfitted(KnownEffect::BuiltIn(effect));
+        let entry = EffectEntry::unfitted(effect.clone());
         Some(EffectEntry { parameters: vec![found], in_use: true, ..entry })
     };
-    CATALOGUE.into_iter().filter_map(entry).collect()
+    CATALOGUE.into_iter().map(KnownEffect::BuiltIn).filter_map(entry).collect()
 }
 
 /// The result of [`record`].

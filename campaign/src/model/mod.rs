@@ -25,6 +25,7 @@ mod read;
 mod tests;
 mod unchecked;
 mod validate;
+mod words;
 mod write;
 
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ use robot_model::estimation::ErrorPair;
 use robot_model::explain::ParameterFound;
 use robot_model::recording::OdometryNoise;
 
-pub use read::{caret, custom_from_equation, equation_error, hint_for};
+pub use read::{custom_from_equation, equation_error, hint_for};
 
 /// A model as in `model.toml`.
 #[derive(Clone, Debug, Default)]

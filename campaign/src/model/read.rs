@@ -9,7 +9,7 @@ use robot_model::effect::{Custom, CustomEffect};
 use toml::Spanned;
 
 use super::unchecked::{RawCustom, RawEffect, RawModel};
-use super::{EffectEntry, FitEntry, ModelFile, validate};
+use super::{EffectEntry, FitEntry, ModelFile, validate, words};
 use crate::{CampaignError, Place, bounded_read};
 
 impl ModelFile {
@@ -110,13 +110,11 @@ fn custom_effect(
                     custom.range.get(name).map_or(start, |range| range.span().start)
                 }
             };
-            let problem = match error.part {
-                DefinitionPart::Expression => {
-                    format!("{}{}", error.problem, caret(&declared.expression, &error))
-                }
-                _ => error.problem,
-            };
-            fail(byte, problem, error.hint)
+            let mut problem = words::problem(&error.problem);
+            if error.part == DefinitionPart::Expression {
+                problem += &caret(&declared.expression, &error);
+            }
+            fail(byte, problem, words::hint(&error.problem))
         }
     }
 }
@@ -175,7 +173,7 @@ pub fn hint_for(id: &str, model: &ModelFile) -> String {
 }
 
 /// The text, and on the next line carets under what is wrong.
-pub fn caret(text: &str, error: &CustomError) -> String {
+fn caret(text: &str, error: &CustomError) -> String {
     let before = text.get(..error.at.start).map_or(0, |start| start.chars().count());
     let wide = text.get(error.at.clone()).map_or(1, |wrong| wrong.chars().count()).max(1);
     format!("\n    {text}\n    {}{}", " ".repeat(before), "^".repeat(wide))
@@ -190,5 +188,6 @@ pub fn custom_from_equation(text: &str) -> Result<Custom, CampaignError> {
 pub fn equation_error(text: &str, error: &CustomError) -> CampaignError {
     let column = text.get(..error.at.start).map_or(0, |start| start.chars().count()) as u64 + 1;
     let place = Place { line: 1, column, ..Place::whole(Path::new("the equation")) };
-    CampaignError::new(place, format!("{}{}", error.problem, caret(text, error)), &error.hint)
+    let problem = words::problem(&error.problem) + &caret(text, error);
+    CampaignError::new(place, problem, words::hint(&error.problem))
 }

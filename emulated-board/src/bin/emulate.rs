@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         warm_up(&mut bench).await.map_err(|error| error.to_string())?;
         let listen = Listen::Tcp(listen);
         let options = ServeOptions { camera: camera.as_deref(), ..ServeOptions::default() };
-        let server = Server::open(&listen, &options, bench.wire.clone(), bench.lab.clone());
+        let server = Server::open(&listen, &options, bench.wire.clone(), bench.testbed.clone());
         match server {
             Ok(server) => in_real_time(server, &cancel).await.map_err(|error| error.to_string()),
             Err(error) => Err(error.to_string()),
@@ -99,7 +99,7 @@ async fn warm_up(bench: &mut Bench) -> host_link::Result<()> {
     for motion in [there, there.reversed()] {
         motion::drive(session, &motion, RecordOptions::default(), &mut |_| ()).await?;
     }
-    bench.lab.place_at_start();
+    bench.testbed.place_at_start();
     Ok(())
 }
 

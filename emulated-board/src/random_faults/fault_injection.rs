@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use sim_target::plant::PlantFault;
-use sim_target::{HostWire, Lab, now_us, sleep_until_us};
+use sim_target::{HostWire, Testbed, now_us, sleep_until_us};
 
 use super::fault_kind::FaultKind;
 use crate::bug::{Bug, Effect, Place};
@@ -25,7 +25,7 @@ pub(super) enum Host {
 /// Everything that can be broken.
 #[derive(Clone)]
 pub(super) struct World {
-    pub lab: Lab,
+    pub testbed: Testbed,
     pub monitor: BoardMonitor,
     pub wire: HostWire,
     pub host: Rc<Cell<Host>>,
@@ -40,7 +40,7 @@ impl World {
     /// Makes it happen. Returns at once where it lasts, and at its end where it has one.
     pub async fn inject(&self, kind: FaultKind) {
         if let Some(fault) = self.plant_fault(kind) {
-            self.lab.inject(fault);
+            self.testbed.inject(fault);
         }
         match kind {
             FaultKind::EncoderLine(wheel, fault) => self.monitor.break_line(wheel, Some(fault)),
@@ -76,7 +76,7 @@ impl World {
     /// Ends what has not ended by itself. A restart has removed what was in the program.
     pub fn mend(&self, kind: FaultKind) {
         if let Some(fault) = self.plant_fault(kind) {
-            self.lab.mend(fault);
+            self.testbed.mend(fault);
         }
         match kind {
             FaultKind::EncoderLine(wheel, _) => self.monitor.break_line(wheel, None),

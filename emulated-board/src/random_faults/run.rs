@@ -48,7 +48,7 @@ pub fn run(image: &Path, case: &Case) -> Result<Verdict, String> {
 
 async fn live(mut bench: Bench, case: &Case) -> Observed {
     let world = World {
-        lab: bench.lab.clone(),
+        testbed: bench.testbed.clone(),
         monitor: bench.monitor.clone(),
         wire: bench.wire.clone(),
         host: Rc::new(Cell::new(Host::Well)),
@@ -130,7 +130,7 @@ async fn break_things(
     };
     let happen = |kind, at_us: u64| async move {
         sleep_until_us(at_us).await;
-        let angles_rad = world.lab.plant(|plant| plant.wheel_angles_rad());
+        let angles_rad = world.testbed.plant(|plant| plant.wheel_angles_rad());
         let happened = Happened { kind, at_us: now_us(), angles_rad };
         if happened_us.get().is_none() {
             happened_us.set(Some(happened.at_us));
@@ -264,7 +264,7 @@ impl After<'_> {
         if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
             return Err(format!("cannot be armed again: {refusal:?}"));
         }
-        let angles = || self.world.lab.plant(|plant| plant.wheel_angles_rad());
+        let angles = || self.world.testbed.plant(|plant| plant.wheel_angles_rad());
         let start_rad = angles();
         let motion = self.session.new_motion();
         if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {

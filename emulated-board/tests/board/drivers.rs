@@ -64,10 +64,10 @@ impl Robot {
     /// Drives at a steady speed; the wheels must turn this way, and the bridges drive nothing else.
     async fn assert_turns(&mut self, sign: f64, case: &Case) {
         let motion = Motion { distance: WheelPair::both(20.0 * sign), ..AHEAD };
-        let before = self.0.lab.plant(|plant| plant.wheel_angles_rad());
+        let before = self.0.testbed.plant(|plant| plant.wheel_angles_rad());
         let id = self.cruise(&motion, 1_500).await;
         let effect = self.0.monitor.motor_effect();
-        let after = self.0.lab.plant(|plant| plant.wheel_angles_rad());
+        let after = self.0.testbed.plant(|plant| plant.wheel_angles_rad());
         let name = case.driver.name();
         for wheel in Wheel::BOTH {
             let turned_rad = (after.get(wheel) - before.get(wheel)) * sign;
@@ -189,7 +189,7 @@ fn an_inverted_enable_line_and_an_inverted_fault_line_are_right_from_the_first_i
             robot.listen(5).await;
             robot.assert_both(BRAKE, "armed", Driver::PwmDir);
             assert_eq!(robot.0.monitor.pwm_period_ns(), Some(62_500));
-            robot.0.lab.inject(PlantFault::DriverFault);
+            robot.0.testbed.inject(PlantFault::DriverFault);
             robot.listen(50).await;
             let fault = robot.fault().await.map(|report| report.fault);
             assert_eq!(fault, Some(shared_proto::Fault::Driver));
@@ -205,7 +205,7 @@ fn a_driver_without_a_fault_line_ignores_the_pin_and_no_driver_is_exchanged_whil
         .run(|bench| async move {
             let l298n = DriverConfig { name: Driver::L298n, ..DriverConfig::default() };
             let mut robot = configured(bench, l298n).await;
-            robot.0.lab.inject(PlantFault::DriverFault);
+            robot.0.testbed.inject(PlantFault::DriverFault);
             robot.tell(Command::Arm { take: false }).await;
             robot.listen(100).await;
             assert_eq!(robot.status().await.state, State::Armed);

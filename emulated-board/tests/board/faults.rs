@@ -72,7 +72,7 @@ async fn break_at_cruise(robot: &mut Robot, case: &Case) -> Found {
     let monitor = robot.0.monitor.clone();
     assert!(monitor.duty().all(|duty| duty > 0.05), "{what}: it drives");
     let event_us = now_us();
-    robot.0.lab.inject(breaks);
+    robot.0.testbed.inject(breaks);
     robot.renew(motion, 400).await;
     let off_us = monitor.last_powered_us().expect("it drove");
     let status = robot.status().await;
@@ -87,7 +87,7 @@ async fn break_at_cruise(robot: &mut Robot, case: &Case) -> Found {
     assert_eq!(monitor.last_powered_us(), Some(off_us), "{what}: driven again");
     let again = robot.fault().await.expect("still latched");
     assert_eq!((again.fault, again.number), (report.fault, report.number), "{what}");
-    robot.0.lab.mend(breaks);
+    robot.0.testbed.mend(breaks);
     robot.listen(100).await;
     robot.tell(Command::ClearFault { number: report.number }).await;
     Found { fault: report.fault, off_ms: off_us.saturating_sub(event_us) as f64 * 1e-3 }
@@ -143,7 +143,7 @@ fn every_fault_at_cruise_is_named_and_latched_and_the_motors_are_off_in_time() {
     println!(
         "                                                                controlled stop after"
     );
-    let silences = [("host silent", silent), ("host talks, does not renew", talking)];
+    let silences = [("host silent", silent), ("host sends, does not renew", talking)];
     for (what, Found { fault, off_ms }) in silences {
         println!("{what:<32} {:<30} {off_ms:>10.2} ms {:>6.0} ms", fault.to_string(), 250.0);
     }
@@ -164,15 +164,15 @@ fn the_button_stops_and_held_later_for_two_seconds_it_clears_its_own_fault() {
         .run(|bench: Bench| async move {
             let mut robot = Robot::meet(bench).await;
             let motion = robot.cruise(&AHEAD, 1000).await;
-            robot.0.lab.inject(PlantFault::EmergencyStop);
+            robot.0.testbed.inject(PlantFault::EmergencyStop);
             robot.renew(motion, 2500).await;
-            robot.0.lab.mend(PlantFault::EmergencyStop);
+            robot.0.testbed.mend(PlantFault::EmergencyStop);
             robot.listen(500).await;
             let held_at_first = robot.status().await;
             for ms in [1900, 2100] {
-                robot.0.lab.inject(PlantFault::EmergencyStop);
+                robot.0.testbed.inject(PlantFault::EmergencyStop);
                 robot.listen(ms).await;
-                robot.0.lab.mend(PlantFault::EmergencyStop);
+                robot.0.testbed.mend(PlantFault::EmergencyStop);
                 robot.listen(500).await;
                 if ms == 1900 {
                     assert!(robot.fault().await.is_some(), "too short");

@@ -69,10 +69,10 @@ fn a_board_with_a_key_obeys_who_holds_it_and_neither_strangers_nor_what_was_said
             let mut robot = Robot::meet(bench).await;
             robot.0.session.set_key(Some(KEY), secret(1)).await.expect("it had none");
             let sent = holder(&mut robot, 2).await;
-            let start = robot.0.lab.pose();
+            let start = robot.0.testbed.pose();
             robot.cruise(&AHEAD, 1500).await;
             robot.rest().await;
-            let stood = robot.0.lab.pose();
+            let stood = robot.0.testbed.pose();
             let driven_m = way_m(start, stood);
             assert!(driven_m > 0.05, "a holder drives: {driven_m} m");
             let sent = sent.borrow().clone();
@@ -91,7 +91,7 @@ fn a_board_with_a_key_obeys_who_holds_it_and_neither_strangers_nor_what_was_said
                 refused.push(replay(&mut robot, &sent).await);
                 robot.0.monitor.break_random();
             }
-            (requests, refused, way_m(stood, robot.0.lab.pose()))
+            (requests, refused, way_m(stood, robot.0.testbed.pose()))
         })
         .unwrap();
     assert_eq!(ended.resets, 2, "those that were asked for");

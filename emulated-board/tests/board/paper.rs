@@ -100,7 +100,7 @@ fn calibrated() -> &'static RunResult<(Outcome, Config)> {
         counted
             .run(|mut bench: Bench| async move {
                 bench.session.open().await.unwrap();
-                let mut instrument = Camera::new(bench.lab.clone());
+                let mut instrument = Camera::new(bench.testbed.clone());
                 let settings = Settings::default();
                 let outcome =
                     calibrate(&mut bench.session, &mut instrument, &settings, &mut |_| ()).await;
@@ -120,8 +120,8 @@ fn the_papers_calibration_finds_the_simulators_wheel_weight() {
     let ended = calibrated();
     uneventful(ended);
     let port = Port::Sim(Some(scenario().0));
-    let simulated = with_robot(&port, &SimOptions::default(), async |session, lab| {
-        let mut instrument = Camera::new(lab.unwrap());
+    let simulated = with_robot(&port, &SimOptions::default(), async |session, testbed| {
+        let mut instrument = Camera::new(testbed.unwrap());
         calibrate(session, &mut instrument, &Settings::default(), &mut |_| ()).await
     })
     .unwrap();

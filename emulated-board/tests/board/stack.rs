@@ -22,7 +22,7 @@ fn boot_calibration_save_and_fault_take_at_most_half_of_the_stack() {
     let ended = with_guard()
         .run(|mut bench: Bench| async move {
             bench.session.open().await.unwrap();
-            let mut camera = Camera::new(bench.lab.clone());
+            let mut camera = Camera::new(bench.testbed.clone());
             let settings = Settings::default();
             calibrate(&mut bench.session, &mut camera, &settings, &mut |_| ()).await.unwrap();
             let mut robot = Robot(bench);

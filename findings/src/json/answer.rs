@@ -160,10 +160,10 @@ fn next_run(next: &NextRun) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use robot_model::explain::{CandidateKind, Evidence, PredictedSeparation, Reason};
+    use robot_model::explain::{CandidateKind, PredictedSeparation, Reason};
 
     use super::*;
-    use crate::empty_answer::nothing_found;
+    use crate::empty_answer::{nothing_found, step_of};
 
     /// An answer with one of everything.
     fn found() -> Answer {
@@ -176,18 +176,7 @@ mod tests {
             high95: 0.022,
         };
         Answer {
-            steps: vec![StepFound {
-                effect: "side_slip".into(),
-                class: vec!["side_slip".into()],
-                parameters: vec![parameter],
-                fitted: Errors::default(),
-                cross_validated: Errors::default(),
-                p_value: 1e-9,
-                evidence: Evidence::default(),
-                effect_size_m: 1e-2,
-                moves_no_track: false,
-                matters: true,
-            }],
+            steps: vec![StepFound { parameters: vec![parameter], ..step_of(&["side_slip"]) }],
             rejected: vec![Rejected {
                 effect: "scrub".into(),
                 reason: Reason::InModel,

@@ -33,8 +33,8 @@ pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
     let tried = answer.tried.iter().map(
         |tried| json!({"effect": tried.facts.id, "cross_validated_m": tried.cross_validated_m}),
     );
-    let remains = &answer.remains;
-    let depends_on = remains.depends_on.iter().map(|by| regressor_id(*by)).collect::<Vec<_>>();
+    let unexplained = &answer.unexplained;
+    let depends_on = unexplained.depends_on.iter().map(|by| regressor_id(*by)).collect::<Vec<_>>();
     json!({
         "schema": 1,
         "verdict": verdict,
@@ -45,11 +45,11 @@ pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
         "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
         "tried_alone": tried.collect::<Vec<_>>(),
         "unexplained": {
-            "structure": remains.structure,
+            "structure": unexplained.structure,
             "depends_on": depends_on,
-            "p_value": remains.p_value,
-            "size_m": remains.size_m,
-            "floor_m": remains.floor_m,
+            "p_value": unexplained.p_value,
+            "size_m": unexplained.size_m,
+            "floor_m": unexplained.floor_m,
         },
         "next": answer.next.as_ref().map(|next| json!({
             "kind": kind_id(next.kind),

@@ -1,6 +1,6 @@
 //! W_T's uncertainty in words.
 
-use robot_model::calibration::{Action, Advice, Source, Verdict};
+use robot_model::calibration::{Action, Advice, CurvatureCause, Source};
 
 /// A source of uncertainty, for a table.
 pub const fn source(source: Source) -> &'static str {
@@ -16,18 +16,18 @@ pub const fn source(source: Source) -> &'static str {
 }
 
 /// What bends the path.
-pub const fn out_and_back(verdict: Verdict) -> &'static str {
+pub const fn out_and_back(verdict: CurvatureCause) -> &'static str {
     match verdict {
-        Verdict::Radius => {
+        CurvatureCause::Radius => {
             "the curvature flips its sign on reversing: unequal radii, or a caster that hangs to one side"
         }
-        Verdict::Pull => {
+        CurvatureCause::Pull => {
             "the curvature does not flip its sign on reversing: a pull or a kick on reversing, not a radius"
         }
-        Verdict::Both => {
+        CurvatureCause::Both => {
             "the curvature changes on reversing, but not only its sign: unequal radii and a pull"
         }
-        Verdict::Neither => "neither unequal radii nor a pull stands out from the noise",
+        CurvatureCause::Neither => "neither unequal radii nor a pull stands out from the noise",
     }
 }
 

@@ -9,10 +9,12 @@
 //! | `comparison.rs` | regimes, axes, and the main finding of a comparison |
 //! | `motors.rs` | what the motors lack |
 //! | `calibration.rs` | what W_T's uncertainty is made of, and what would reduce it |
+//! | `errors.rs` | why a calibration gives no W_T |
 
 mod answer;
 mod calibration;
 mod comparison;
+mod errors;
 mod model;
 pub mod motors;
 
@@ -22,6 +24,7 @@ pub use answer::{
 };
 pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};
+pub use errors::{out_and_back_error, track_fit_error, wheel_weight_error};
 pub use model::verdict;
 
 /// `a`, `a and b`, `a, b and c`.

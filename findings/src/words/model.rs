@@ -1,12 +1,12 @@
 //! The verdict on an effect of a chosen model, in words.
 
-use robot_model::explain::model::{CHANCE, Verdict};
+use robot_model::explain::model::{CHANCE, EffectVerdict};
 
 use super::lacking;
 use crate::quantity::p_value;
 
 /// The verdict on an effect, given all others of a model.
-pub fn verdict(verdict: &Verdict) -> String {
+pub fn verdict(verdict: &EffectVerdict) -> String {
     if let Some(need) = verdict.lacking {
         format!("these runs cannot show it: {}", lacking(need))
     } else if verdict.implausible {
@@ -37,7 +37,7 @@ mod tests {
 
     #[test]
     fn what_runs_cannot_show_is_said_of_an_effect_that_was_added() {
-        let shown = Verdict {
+        let shown = EffectVerdict {
             p_value: 1e-9,
             cross_validated_gain: 9.0,
             dispersion: 1.0,
@@ -48,7 +48,7 @@ mod tests {
             lacking: None,
         };
         assert_eq!(verdict(&shown), "significant: p = 1e-9");
-        let hidden = Verdict { lacking: Some(Need::Load), ..shown };
+        let hidden = EffectVerdict { lacking: Some(Need::Load), ..shown };
         let text = "these runs cannot show it: no run carries a load (payload_kg in robot.toml)";
         assert_eq!(verdict(&hidden), text);
     }

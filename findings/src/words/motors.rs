@@ -1,6 +1,6 @@
 //! The answer in a sentence, and the names of what it speaks of.
 
-use robot_model::drivetrain::{ExperimentKind, MotorAnswer, Regressor};
+use robot_model::drivetrain::{ExperimentKind, MotorAnswer, MotorRegressor};
 
 /// An error of so many times what counts hide is worth a word.
 pub const WORTH_A_WORD: f64 = 1.5;
@@ -11,7 +11,7 @@ pub fn verdict(answer: &MotorAnswer) -> String {
     let baseline = error(answer.baseline.cross_validated_m);
     let hidden = error(answer.resolution_m);
     let Some(last) = answer.steps.last() else {
-        let remains = if answer.remains.structure {
+        let remains = if answer.unexplained.structure {
             "Something is missing that no effect here explains."
         } else {
             "No effect is missing that these experiments could show."
@@ -26,35 +26,35 @@ pub fn verdict(answer: &MotorAnswer) -> String {
         more => format!("{} effects are missing: {}. With them", more.len(), more.join("; ")),
     };
     let after = error(last.errors.cross_validated_m);
-    let rest = if answer.remains.structure { " Something else remains." } else { "" };
+    let rest = if answer.unexplained.structure { " Something else is unexplained." } else { "" };
     format!(
         "{found} the cross-validated error falls from {baseline} to {after}; counts hide {hidden}.{rest}"
     )
 }
 
 /// What something depends on, for people.
-pub fn regressor_in_words(by: Regressor) -> &'static str {
+pub fn regressor_in_words(by: MotorRegressor) -> &'static str {
     match by {
-        Regressor::Speed => "the speed",
-        Regressor::Direction => "the direction or the side",
-        Regressor::Voltage => "the voltage",
-        Regressor::Load => "what the motors work against",
-        Regressor::Angle => "the wheel's angle",
-        Regressor::Counts => "the encoder's angle: its lines may be uneven",
-        Regressor::Time => "the time",
+        MotorRegressor::Speed => "the speed",
+        MotorRegressor::Direction => "the direction or the side",
+        MotorRegressor::Voltage => "the voltage",
+        MotorRegressor::Load => "what the motors work against",
+        MotorRegressor::Angle => "the wheel's angle",
+        MotorRegressor::Counts => "the encoder's angle: its lines may be uneven",
+        MotorRegressor::Time => "the time",
     }
 }
 
 /// The same, for programs.
-pub fn regressor_id(by: Regressor) -> &'static str {
+pub fn regressor_id(by: MotorRegressor) -> &'static str {
     match by {
-        Regressor::Speed => "speed",
-        Regressor::Direction => "direction",
-        Regressor::Voltage => "voltage",
-        Regressor::Load => "load",
-        Regressor::Angle => "angle",
-        Regressor::Counts => "counts",
-        Regressor::Time => "time",
+        MotorRegressor::Speed => "speed",
+        MotorRegressor::Direction => "direction",
+        MotorRegressor::Voltage => "voltage",
+        MotorRegressor::Load => "load",
+        MotorRegressor::Angle => "angle",
+        MotorRegressor::Counts => "counts",
+        MotorRegressor::Time => "time",
     }
 }
 

@@ -4,7 +4,7 @@ use firmware::hal::StoreError;
 use shared_proto::{AtFault, Config, Driver, DriverConfig, FeedforwardConfig, WheelFeedforward};
 
 use super::nor::{Nor, SECTOR_LEN, SECTORS};
-use super::{load, numbered, save};
+use super::numbered::{load, numbered, save};
 
 /// What an image that wrote layout 1 left in its flash: a mark, an item's header, the record.
 const LAYOUT_1: &[u8] = include_bytes!("layout_1.bin");

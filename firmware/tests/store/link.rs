@@ -6,7 +6,7 @@ use firmware::store::FlashStore;
 use shared_proto::Key;
 
 use super::nor::{Nor, Torn};
-use super::{load, numbered, save};
+use super::numbered::{load, numbered, save};
 
 fn link(flash: Nor, change: Option<Option<Key>>) -> (Result<LinkRecord, StoreError>, Nor) {
     let mut store = FlashStore::new(flash);

@@ -3,33 +3,12 @@
 mod layouts;
 mod link;
 mod nor;
+mod numbered;
 mod power_cut;
 
-use embassy_futures::block_on;
-use firmware::hal::{Store, StoreError};
-use firmware::store::FlashStore;
 use nor::Nor;
-use shared_proto::{Config, Name};
-
-/// A configuration that can be told from all others by its number.
-fn numbered(number: u32) -> Config {
-    let mut config = Config { name: Name::new("numbered").unwrap(), ..Config::default() };
-    // Every byte of the mantissa is in use: a word that is not written shows.
-    config.geometry.wheel_weight = 1.0 + f64::from(number + 1) * 0.123_456_789e-6;
-    config
-}
-
-fn load(flash: Nor) -> (Result<Option<Config>, StoreError>, Nor) {
-    let mut store = FlashStore::new(flash);
-    let loaded = block_on(store.load());
-    (loaded, store.into_flash())
-}
-
-fn save(flash: Nor, config: &Config) -> (Result<(), StoreError>, Nor) {
-    let mut store = FlashStore::new(flash);
-    let saved = block_on(store.save(config));
-    (saved, store.into_flash())
-}
+use numbered::{load, numbered, save};
+use shared_proto::Config;
 
 #[test]
 fn what_was_saved_is_read_back_and_a_blank_store_holds_nothing() {

@@ -1,7 +1,7 @@
 //! Power cuts at every operation of a save: between two operations, and in the middle of one.
 
 use super::nor::{Nor, Torn};
-use super::{load, numbered, save};
+use super::numbered::{load, numbered, save};
 use shared_proto::Config;
 
 /// Ways to tear an operation; several draws of those that are drawn.

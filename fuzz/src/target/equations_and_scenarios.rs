@@ -1,5 +1,6 @@
 //! What describes the world: equations of effects for the model, scenarios for the simulator.
 
+use campaign::model::equation_error;
 use robot_model::effect::custom::CustomError;
 use robot_model::effect::{Custom, Effect, Memory};
 use robot_model::kinematics::WheelPair;
@@ -14,7 +15,8 @@ pub fn expression(input: &[u8]) {
     let Some(text) = text(input) else { return };
     let points = |error: &CustomError, text: &str| {
         assert!(text.get(error.at.clone()).is_some(), "{error:?} in {text:?}");
-        assert!(!error.problem.is_empty() && !error.hint.is_empty(), "{error:?}");
+        let told = equation_error(text, error);
+        assert!(!told.problem.is_empty() && !told.hint.is_empty(), "{error:?}");
     };
     let custom = match Custom::from_equation(text) {
         Ok(custom) => custom,
@@ -85,7 +87,7 @@ pub fn scenario(input: &[u8]) {
     assert_eq!(scenario, again);
     let mut target = SimTarget::new(&scenario, Options::default()).expect("there is no file");
     target.run_until_us(20_000);
-    let pose = target.lab().pose();
+    let pose = target.testbed().pose();
     let finite = [pose.x_m, pose.y_m, pose.heading_rad].iter().all(|number| number.is_finite());
     assert!(finite, "{pose:?}\n{written}");
 }

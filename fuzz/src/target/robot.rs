@@ -5,7 +5,7 @@ use shared_proto::{
 };
 use sim_target::plant::PlantFault;
 use sim_target::scenario::LinkParameters;
-use sim_target::{HostWire, Lab, Options, Scenario, SimTarget, now_us};
+use sim_target::{HostWire, Options, Scenario, SimTarget, Testbed, now_us};
 
 use crate::bytes::Bytes;
 
@@ -22,10 +22,10 @@ pub fn robot(input: &[u8]) {
     let link = LinkParameters { baud: 0, ..LinkParameters::default() };
     let scenario = Scenario { link, ..Scenario::default() };
     let target = SimTarget::new(&scenario, Options::default()).expect("there is no file");
-    let (lab, wire) = (target.lab(), target.host_wire());
+    let (testbed, wire) = (target.testbed(), target.host_wire());
     let mut host = Host {
         target,
-        lab,
+        testbed,
         wire,
         encoder: Encoder::new(),
         sent: Decoder::new(),
@@ -44,7 +44,7 @@ pub fn robot(input: &[u8]) {
 
 struct Host {
     target: SimTarget,
-    lab: Lab,
+    testbed: Testbed,
     wire: HostWire,
     encoder: Encoder,
     /// Reads what is sent, as the robot does: damage may make frames that nobody meant.
@@ -78,10 +78,10 @@ impl Host {
             }
             _ => {
                 let button = PlantFault::EmergencyStop;
-                self.lab.inject(button);
+                self.testbed.inject(button);
                 self.stands_without_current("the button");
                 if bytes.byte().is_multiple_of(2) {
-                    self.lab.mend(button);
+                    self.testbed.mend(button);
                 }
             }
         }
@@ -136,7 +136,7 @@ impl Host {
     }
 
     fn no_current(&self, why: &str) {
-        let current_a = self.lab.plant(|plant| plant.currents_a());
+        let current_a = self.testbed.plant(|plant| plant.currents_a());
         assert!(!current_a.any(|current_a| current_a != 0.0), "{current_a:?} after {why}");
     }
 
@@ -166,9 +166,9 @@ impl Host {
         if self.configured {
             return;
         }
-        let before = self.lab.pose();
+        let before = self.testbed.pose();
         self.target.run_until_us(now_us() + 200_000);
-        let way = self.lab.pose().relative_to(before);
+        let way = self.testbed.pose().relative_to(before);
         let moved_m = way.x_m.hypot(way.y_m);
         assert!(moved_m < 1e-3, "it still moves: {moved_m} m");
     }

@@ -18,6 +18,7 @@ use crate::campaign_recorder::samples::seconds;
 use crate::error::{Error, Result};
 use crate::pose_source::{PoseClock, PoseSource, Sigma};
 use crate::wheel_angles;
+use crate::words;
 
 /// A drive that is to be measured.
 pub(super) struct DrivenLine<'a> {
@@ -118,7 +119,8 @@ impl DrivenLine<'_> {
     fn by_track(&self, track: &Track, options: FitOptions) -> Result<Measurement> {
         let angles = self.wheel_angles();
         let fit = fit_track(track, &angles, self.geometry, options).map_err(|error| {
-            Error::new(format_args!("the measured track does not determine W_T: {error}"))
+            let why = words::track_fit_error(&error);
+            Error::new(format_args!("the measured track does not determine W_T: {why}"))
         })?;
         let points_m = track.samples.iter().map(|sample| {
             let pose = Pose::new(sample.x_m, sample.y_m, 0.0).seen_from(fit.start);
@@ -193,7 +195,8 @@ impl DrivenLine<'_> {
             start_heading_sigma_rad: self.start_heading_sigma_rad,
         };
         let wheel_weight = experiment.wheel_weight().map_err(|error| {
-            Error::new(error).hint("measure again; check the signs and the units")
+            Error::new(words::wheel_weight_error(&error))
+                .hint("measure again; check the signs and the units")
         })?;
         let turns = angles.iter().map(|angles| angles.turns);
         let path = dead_reckon(Pose::ORIGIN, self.geometry, wheel_weight.value, turns);

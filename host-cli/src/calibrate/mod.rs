@@ -27,7 +27,7 @@ use std::path::PathBuf;
 
 use robot_model::calibration::track_fit::Estimate;
 use robot_model::calibration::wheel_weight::SIGMAS_95;
-use robot_model::calibration::{Deviation, OutAndBack, Verdict};
+use robot_model::calibration::{CurvatureCause, Deviation, OutAndBack};
 use robot_model::kinematics::Geometry;
 use shared_proto::{Config, ConfigOrigin, Identity};
 
@@ -39,6 +39,7 @@ use crate::error::{Error, Result};
 use crate::pose_source::{Mark, PoseSource};
 use crate::undo::{self, Undo};
 use crate::wheel_angles::geometry;
+use crate::words;
 use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::Session;
 
@@ -206,7 +207,9 @@ async fn experiment(
     if settings.out_and_back {
         bench.way_out = before.deviation();
         let back = bench.drive(&config, CalibrationDrive::Back).await?;
-        let both = before.and_back(&back, &geometry).map_err(Error::new)?;
+        let both = before
+            .and_back(&back, &geometry)
+            .map_err(|error| Error::new(words::out_and_back_error(&error)))?;
         (bench.tell)(CalibrateStep::OutAndBack(&both));
         wheel_weight = Estimate { value: both.wheel_weight, sigma: both.wheel_weight_sigma };
         basis = Basis::BothWays;
@@ -223,7 +226,7 @@ async fn experiment(
         decision,
     };
 
-    if out_and_back.is_some_and(|both| both.verdict == Verdict::Pull) {
+    if out_and_back.is_some_and(|both| both.verdict == CurvatureCause::Pull) {
         return Ok(outcome(before, bench.drives, Decision::NotARadius));
     }
     let half_width = SIGMAS_95 * wheel_weight.sigma;
@@ -329,7 +332,7 @@ impl Bench<'_> {
         self.place("back at its start line").await?;
         let after = self.drive(corrected, CalibrationDrive::After).await?;
         // A pull bends both runs alike, and no W_T corrects it.
-        let pull = out_and_back.filter(|both| both.verdict == Verdict::Both);
+        let pull = out_and_back.filter(|both| both.verdict == CurvatureCause::Both);
         let pull_rad_per_m = pull.map_or(0.0, |both| both.pull_rad_per_m);
         if !after.is_straighter_than(before, pull_rad_per_m) {
             return Ok(Decision::NotBetter(after));

@@ -16,7 +16,7 @@
 
 use robot_model::calibration::{Source, WheelWeight};
 use robot_model::kinematics::Geometry;
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use robot_model::numeric::students_t_quantile;
 
 use super::mean_of_runs::is_straight_within;
 
@@ -54,9 +54,7 @@ fn freedom(drives: &[f64]) -> f64 {
 
 /// t of (2).
 fn next_drive(freedom: f64) -> f64 {
-    // It never fails: the degrees of freedom are above zero.
-    let student = StudentsT::new(0.0, 1.0, freedom);
-    student.map_or(f64::INFINITY, |student| student.inverse_cdf(1.0 - 0.5 / WORSE_ONCE_IN))
+    students_t_quantile(freedom, 1.0 - 0.5 / WORSE_ONCE_IN)
 }
 
 /// s (1).

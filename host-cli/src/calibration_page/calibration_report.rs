@@ -4,7 +4,7 @@ use std::fmt;
 
 use robot_model::calibration::track_fit::Estimate;
 use robot_model::calibration::wheel_weight::SIGMAS_95;
-use robot_model::calibration::{OutAndBack, Verdict, WheelWeight};
+use robot_model::calibration::{CurvatureCause, OutAndBack, WheelWeight};
 use robot_model::kinematics::{Geometry, Pose};
 
 /// A calibration, ready to be drawn.
@@ -37,7 +37,7 @@ impl CalibrationReport {
     pub(crate) fn claim(&self) -> &'static str {
         if self.after.is_straighter_than(&self.before, 0.0) {
             "Drives straight"
-        } else if self.out_and_back.is_some_and(|both| both.verdict == Verdict::Both) {
+        } else if self.out_and_back.is_some_and(|both| both.verdict == CurvatureCause::Both) {
             "Wheels corrected, a pull remains"
         } else {
             "Not straighter yet"

@@ -1,6 +1,6 @@
 //! Where quantities and ticks are on the page: scales, boxes, steps, and numbers as text.
 
-use std::fmt;
+use std::fmt::{self, Write};
 
 /// A linear scale.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +63,45 @@ pub(crate) fn ticks(range: (f64, f64), step: f64) -> (Vec<f64>, usize) {
     let last = (range.1 / step + 1e-6).floor() as i64;
     let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
     ((first..=last).map(|i| i as f64 * step).collect(), decimals)
+}
+
+/// A line and a number at each round value of the vertical axis, from one end of the horizontal one to the other.
+pub(crate) fn grid_rows(svg: &mut String, y: &Scale, range: (f64, f64), ends: (f64, f64)) {
+    let (levels, decimals) = ticks(range, nice_step(range.1 - range.0, 5.0));
+    for level in levels {
+        let at = y.at(level);
+        let class = if level == 0.0 { "zero" } else { "g" };
+        let _ = write!(
+            svg,
+            "<path class=\"{class}\" d=\"M{} {at}H{}\"/><text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
+            Px(ends.0),
+            Px(ends.1),
+            Px(ends.0 - 8.0),
+            Px(at.0 + 4.0),
+            number(level, decimals)
+        );
+    }
+}
+
+/// A line from top to bottom, and a number below it at `text_y`, at each of these values of the horizontal axis.
+pub(crate) fn grid_columns(
+    svg: &mut String,
+    x: &Scale,
+    (values, decimals): (Vec<f64>, usize),
+    (top, bottom): (f64, f64),
+    text_y: f64,
+) {
+    for value in values {
+        let at = x.at(value);
+        let _ = write!(
+            svg,
+            "<path class=\"g\" d=\"M{at} {}V{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
+            Px(top),
+            Px(bottom),
+            Px(text_y),
+            number(value, decimals)
+        );
+    }
 }
 
 /// A number with a real minus sign and fixed decimals, never "-0".

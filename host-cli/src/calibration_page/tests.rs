@@ -1,7 +1,7 @@
 use std::f64::consts::TAU;
 
 use robot_model::calibration::track_fit::Estimate;
-use robot_model::calibration::{Deviation, Experiment, OutAndBack, Verdict};
+use robot_model::calibration::{CurvatureCause, Deviation, Experiment, OutAndBack};
 use robot_model::kinematics::dead_reckon;
 use robot_model::kinematics::{Geometry, Pose, WheelPair};
 
@@ -57,7 +57,7 @@ fn report(name: &str) -> CalibrationReport {
             pull_rad_per_m: 0.0002,
             pull_sigma_rad_per_m: 0.0005,
             back_alpha_rad: -0.04,
-            verdict: Verdict::Radius,
+            verdict: CurvatureCause::Radius,
         }),
         wheel_weight: Estimate { value: 0.991_823, sigma: 0.0003 },
         basis: Basis::BothWays,

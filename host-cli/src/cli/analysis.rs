@@ -57,7 +57,7 @@ pub struct CompareArgs {
     /// Use this model instead of the campaign's own.
     #[arg(long, value_name = "FILE", conflicts_with = "drivetrain")]
     pub model: Option<PathBuf>,
-    /// Compare the model of the motors with voltages and counts; poses are not needed.
+    /// Compare the model of the motors with what they did: needs voltages and counts, and no poses.
     #[arg(long)]
     pub drivetrain: bool,
     /// Text for people, or JSON.
@@ -83,15 +83,15 @@ pub struct ExplainArgs {
     /// Text for people, or JSON.
     #[arg(long, value_enum, default_value_t)]
     pub format: Format,
-    /// Explain how the motors answer to voltages; poses are not needed.
+    /// Explain how the motors respond to voltages: needs voltages and counts, and no poses.
     #[arg(long, conflicts_with_all = ["tolerance", "save"])]
     pub drivetrain: bool,
-    /// Call effects that move the robot by less than this too small to matter, for example 0.2mm
+    /// Report effects that move the robot by less than this as too small to matter, for example 0.2mm
     /// [default: a tenth of the noise of one pose].
     #[arg(long, value_parser = above_zero(|length: &Length| length.m))]
     pub tolerance: Option<Length>,
     /// Write the model found to this file, to predict other runs: `beeline compare OTHER --model FILE`.
-    /// It has all of the effects that these runs cannot tell apart, each with its share of their sum.
+    /// Of effects that these runs cannot tell apart it has all, each with its share.
     #[arg(long, value_name = "FILE", value_parser = new_file())]
     pub save: Option<PathBuf>,
     /// Exit with 1 if something that matters is missing, as `git diff` does.
@@ -131,8 +131,8 @@ pub enum ModelCommand {
 #[command(
     override_usage = "beeline model add [OPTIONS] [EFFECT]... <CAMPAIGN>",
     after_help = "\
-An effect of your own is an equation. On its left: ds_left, ds_right, dtheta or dn (sideways), with
-/dt, /ds or /dtheta behind it for per second, metre or radian. On its right: v, v_left, v_right,
+An effect of your own is an equation. On its left: ds_left, ds_right, dtheta or dn (sideways),
+followed by /dt, /ds or /dtheta for per second, metre or radian. On its right: v, v_left, v_right,
 omega, a, a_left, a_right, theta, phi_left, phi_right, s, t, t_run, payload; sin, cos, tan, exp, ln,
 sqrt, tanh, abs, sign, min, max; numbers, with a unit if need be: 0.3[m/s]. Every other name is a
 parameter to be fitted; its unit is derived, or checked if you give it.
@@ -183,8 +183,8 @@ pub struct RemoveArgs {
 /// `beeline fleet`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-Robots are told apart by their number or name, dates by started_s (if it counts from 1970), a date in the folder's name, or
-the time of its newest run. Robots of one data sheet are a kind: all of it are fitted with the same effects.
+A robot is identified by its number or its name. The date of a campaign is started_s (if it counts from 1970), a date in the
+folder's name, or the time of its newest run. Robots with the same nominal geometry are one kind, fitted with the same effects.
 
 Examples:
   beeline fleet robots/ -o fleet.html
@@ -225,11 +225,11 @@ pub struct ReportArgs {
 /// `beeline serve`
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
-With a campaign: any effects of the catalogue are switched on and off, and what that leaves is shown at once:
-cross-validated and held-out error, paths, residuals. Nothing is changed but model.toml, if you save.
+With a campaign: switch effects of the catalogue on and off, and see at once the cross-validated and the held-out
+error, paths and residuals. Only model.toml changes, and only if you save.
 
-Without one: the robot at --port is watched live, and drives while you hold a button. This program then owns a
-serial port; other beeline commands with the same --port go through it.
+Without one: watch the robot at --port live, and drive it while you hold a button. This program then has the
+serial port open; other beeline commands with the same --port go through it.
 
 Examples:
   beeline serve my-robot

@@ -33,21 +33,21 @@ pub enum DriveArgs {
     #[command(
         allow_negative_numbers = true,
         after_help = "\
-Without --for it goes on until Ctrl-C. With `-` for the speed it reads lines of two numbers, forward speed in m/s
-and turn rate in rad/s, and drives each until the next one, for 0.5 s at most: for a joystick or a program of your own.
+Without --for the robot drives until Ctrl-C. With - for the speed, each line of standard input has two numbers, forward
+speed in m/s and turn rate in rad/s; the robot drives them until the next line, for 0.5 s at most.
 
 Examples:
   beeline drive velocity 0.2m/s --turn 30deg/s --for 5s
   my-joystick | beeline drive velocity -"
     )]
     Velocity {
-        /// How fast forward, or - to read velocities from standard input.
+        /// Forward speed, or - to read velocities from standard input.
         #[arg(value_name = "SPEED", allow_hyphen_values = true)]
         forward: VelocitySource,
-        /// How fast the robot turns, counter-clockwise positive.
+        /// Turn rate, counter-clockwise positive.
         #[arg(long, value_name = "RATE", default_value = "0rad/s", allow_hyphen_values = true)]
         turn: TurnRate,
-        /// For how long.
+        /// Drive for this time.
         #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
         duration: Option<Time>,
         /// Acceleration of the wheel whose speed changes most.

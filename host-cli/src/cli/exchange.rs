@@ -12,13 +12,13 @@ use crate::quantity::{Length, Time};
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "\
 Sources: a ROS 2 bag (MCAP, sqlite3) or its folder, a CSV file with a header line, a TUM or EuRoC trajectory.
-Wheels and poses may be in files of their own, each on a clock of its own.
+Wheels and poses may come from different files with different clocks.
 
 Names in --map: t_s, left_counts, right_counts, left_rad, right_rad, left_m, right_m, x_m, y_m, z_m,
 heading_rad, qx, qy, qz, qw. Units: s ms us ns, m cm mm in ft, rad deg rev.
 
 Examples:
-  beeline import drive.mcap                      lists what is in it, and proposes the command
+  beeline import drive.mcap                      list what is in it, and propose a command
   beeline import drive.mcap -o my-logs --wheel-radius 36mm --track-width 37.2cm
   beeline import drive.mcap -o my-logs --wheels wheel_left,wheel_right --pose /tf:map.base_link
   beeline import drive.mcap -o by-odometry --odometry /odom --wheel-radius 36mm --track-width 37.2cm
@@ -28,17 +28,18 @@ pub struct ImportArgs {
     /// The files, or folders of bags.
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
-    /// The campaign folder to write. Without it, only what is in the sources is listed.
+    /// The campaign folder to write. Without it, the contents of the sources are only listed.
     #[arg(long, short, value_name = "FOLDER", value_parser = new_file())]
     pub output: Option<PathBuf>,
     /// The joints of the left and the right wheel.
     #[arg(long, value_name = "LEFT,RIGHT", value_parser = wheels)]
     pub wheels: Option<[String; 2]>,
-    /// Odometry that is computed from the wheels, to be turned back into them: with --controller, or the --wheel-radius and
-    /// --track-width that it used.
+    /// Wheel odometry, from which the wheels' motion is computed back: give --controller, or the --wheel-radius and
+    /// --track-width that the odometry used.
     #[arg(long, value_name = "TOPIC", conflicts_with = "wheels")]
     pub odometry: Option<String>,
-    /// The parameters of the controller that computed it, for radius and track width: ROS 2's diff_drive_controller, TurtleBot3.
+    /// Parameters of the controller that computed the odometry, for radius and track width: ROS 2's diff_drive_controller,
+    /// TurtleBot3.
     #[arg(long, value_name = "FILE.yaml")]
     pub controller: Option<PathBuf>,
     /// The measured poses: a topic, or /tf:PARENT.CHILD.
@@ -47,28 +48,28 @@ pub struct ImportArgs {
     /// The gyro, if the bag has several: a topic of sensor_msgs/msg/Imu.
     #[arg(long, value_name = "TOPIC")]
     pub imu: Option<String>,
-    /// What columns of a table are: NAME=COLUMN, or NAME=COLUMN:UNIT.
+    /// Which column of a table is which quantity: NAME=COLUMN, or NAME=COLUMN:UNIT.
     #[arg(long = "map", value_name = "NAME=COLUMN,...", value_parser = Mappings::parse)]
     pub mappings: Vec<Mappings>,
-    /// Nominal radius of the wheels; without it, it is estimated from how far the robot went.
+    /// Nominal wheel radius [default: estimated from how far the robot went].
     #[arg(long, value_name = "LENGTH", value_parser = above_zero(length))]
     pub wheel_radius: Option<Length>,
-    /// Nominal distance between the wheels; without it, it is estimated from how far the robot turned.
+    /// Nominal track width [default: estimated from how far the robot turned].
     #[arg(long, value_name = "LENGTH", value_parser = above_zero(length))]
     pub track_width: Option<Length>,
-    /// Counts per turn of the encoder, where wheels are in counts: four per line.
+    /// Counts per turn of the encoder, four per line; for wheels in counts.
     #[arg(long, value_name = "N", value_parser = positive)]
     pub counts_per_rev: Option<f64>,
     /// Turns of the encoder per turn of the wheel.
     #[arg(long, value_name = "N", value_parser = positive)]
     pub gear_reduction: Option<f64>,
-    /// What the robot is called.
+    /// Name of the robot.
     #[arg(long)]
     pub name: Option<String>,
-    /// A longer stop ends a run.
+    /// A stop that is longer than this ends a run.
     #[arg(long, value_name = "TIME", default_value = "2s", value_parser = above_zero(time))]
     pub rest: Time,
-    /// Add the runs to those that the folder has.
+    /// Add the runs to those in the folder.
     #[arg(long)]
     pub add: bool,
 }
@@ -98,7 +99,7 @@ pub struct ExportArgs {
     /// The program that will read it.
     #[arg(long)]
     pub to: ExportFormat,
-    /// The file to write, for tum the folder; without it, or with `-`, text goes to standard output.
+    /// The file to write, for tum the folder; `-` is standard output [default: standard output, for text].
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Replace files that exist.

@@ -123,7 +123,7 @@ pub enum Command {
     /// Read, change and save the robot's configuration.
     #[command(subcommand)]
     Config(ConfigCommand),
-    /// Make, set and clear the robot's key. A robot with a key obeys only hosts that have it.
+    /// Make, set and clear the robot's key. A robot with a key obeys only hosts that have the same key.
     #[command(subcommand)]
     Key(KeyCommand),
     /// Drive a motion: straight, spin, arc, or a velocity for a time.
@@ -155,13 +155,13 @@ pub enum Command {
     /// Show and change the model of a campaign: add an effect, and watch the error fall.
     #[command(subcommand)]
     Model(ModelCommand),
-    /// Compare many robots and dates: who drifts, who wears, who is unlike the others, what all have in common.
+    /// Compare many robots and dates: which change with time, which differ from the others, what all have in common.
     Fleet(FleetArgs),
     /// Write everything that a campaign shows to one page.
     Report(ReportArgs),
     /// Open a page: of a campaign, to switch effects on and watch the error fall; or of a robot, to watch and drive it.
     Serve(ServeArgs),
-    /// The paper's experiment: drive, measure, compute W_T, write it, drive again.
+    /// Calibrate W_T by the paper's experiment: drive, measure, compute, write, drive again.
     Calibrate(CalibrateArgs),
     /// Identify the motors, compute feedforward and gains, and keep them if the robot follows better.
     Tune(TuneArgs),
@@ -248,7 +248,7 @@ pub enum KeyCommand {
         #[arg(value_parser = new_file())]
         file: PathBuf,
     },
-    /// Store a key in a robot on a serial line; it keeps the key without power. If it already has a key, give that with --key-file.
+    /// Store a key in a robot on a serial line; the robot keeps it without power. To replace a key, give the old one with --key-file.
     #[command(after_help = "Examples:
   beeline key set robot.key --port /dev/ttyACM0
   beeline key set new.key --key-file robot.key --port /dev/ttyACM0")]
@@ -256,7 +256,7 @@ pub enum KeyCommand {
         /// The file of the key.
         file: PathBuf,
     },
-    /// Remove the robot's key: it then obeys any host that can reach it. Give the key with --key-file.
+    /// Remove the robot's key: the robot then obeys any host that can reach it. Give the key with --key-file.
     #[command(
         after_help = "Example:\n  beeline key clear --key-file robot.key --port /dev/ttyACM0"
     )]
@@ -289,7 +289,7 @@ pub struct WatchArgs {
         conflicts_with = "json"
     )]
     pub columns: Vec<Column>,
-    /// Stop after this long; without it, at Ctrl-C (simulator: after 2 s of its time).
+    /// Stop after this time [default: at Ctrl-C; simulator: after 2 s of its own time].
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
     pub duration: Option<Time>,
 }
@@ -308,8 +308,8 @@ pub struct RecordArgs {
     /// Samples per second, 1 to 1000: a divisor of 1000.
     #[arg(long, global = true, default_value_t = 100, value_parser = rate)]
     pub rate: u16,
-    /// Write the run as a ROS 2 bag as well, in this new file: angles of the wheels, measured poses, and odometry by the numbers that
-    /// the robot is configured with.
+    /// Write the run as a ROS 2 bag as well, in this new file: wheel angles, measured poses, and odometry computed with the
+    /// robot's configuration.
     #[arg(long, global = true, value_name = "FILE.mcap", value_parser = new_file())]
     pub mcap: Option<PathBuf>,
     /// The motion.
@@ -339,7 +339,7 @@ pub struct SimArgs {
     /// (TCP only: a pseudo-terminal does not report connections).
     #[arg(long)]
     pub reset_on_connect: bool,
-    /// Stop after this long.
+    /// Stop after this time [default: at Ctrl-C].
     #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
     pub duration: Option<Time>,
     /// Print the scenario as TOML and do nothing else.

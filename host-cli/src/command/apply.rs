@@ -24,6 +24,7 @@ use crate::undo::{Undo, state_folder};
 use super::undo::last_change;
 use crate::words;
 use campaign::model::{EffectEntry, ModelFile};
+use campaign::words::recording_error;
 use campaign::{Campaign, Recordings};
 
 pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
@@ -133,7 +134,8 @@ fn effects_of(
         return Ok((chosen(&model), None));
     }
     let failed = |error: RecordingError| {
-        Error::new(format_args!("{}: {error}", folder.display())).hint("record that run again")
+        let why = recording_error(&error);
+        Error::new(format_args!("{}: {why}", folder.display())).hint("record that run again")
     };
     let nominal_m = [campaign.robot.wheel_radius_m, campaign.robot.track_width_m];
     let campaign = recordings.into_model(campaign, folder)?;

@@ -189,9 +189,9 @@ fn speed(run: &PlannedRun) -> String {
 
 fn record(common: &Common, args: &CampaignRecordArgs) -> Result<()> {
     let folder = args.campaign.as_path();
-    let summary = with_robot(&common.port, &common.sim(), async |session, lab| {
+    let summary = with_robot(&common.port, &common.sim(), async |session, testbed| {
         let config = session.read_config().await?;
-        let mut source = pose_source::of_campaign(args, lab)?;
+        let mut source = pose_source::of_campaign(args, testbed)?;
         let (plan, settings) = what_to_record(args, &config, folder)?;
         let simulated = common.sim().simulated_robot(&common.port);
         let settings = RecordSettings { simulated, ..settings };

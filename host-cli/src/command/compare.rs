@@ -32,7 +32,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
             .hint(format_args!("`beeline model fit {campaign}`"))
     })?;
     let cache = args.reuse.cache(common.json);
-    let comparer = cache.comparer(&campaign, &model).map_err(Error::new)?;
+    let comparer = cache.comparer(&campaign, &model)?;
     let comparison = comparer.compare(&model_effects);
     let nominal = (!model_effects.is_empty()).then(|| comparer.compare(&[]));
     if common.json || args.format.is_json() {

@@ -35,7 +35,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     let in_model: Vec<&str> = model.chosen().iter().map(|effect| effect.facts().id).collect();
     let cache = args.reuse.cache(common.json);
     let question = Question { campaign: &campaign, catalogue: &catalogue, in_model: &in_model };
-    let mut answer = explained(&question, &cache, common.json).map_err(Error::new)?;
+    let mut answer = explained(&question, &cache, common.json)?;
     if let Some(tolerance) = args.tolerance {
         answer = answer.with_tolerance(tolerance.m);
     }
@@ -47,8 +47,7 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
         let combinations = if answer.steps.is_empty() {
             Vec::new()
         } else {
-            let comparer =
-                Comparer::with_noise(&campaign, OdometryNoise::TYPICAL).map_err(Error::new)?;
+            let comparer = Comparer::with_noise(&campaign, OdometryNoise::TYPICAL)?;
             net_changes(&comparer, &effects_with_values(&answer.steps, &catalogue))
         };
         show(&answer, &AnswerContext { combinations, ..context });

@@ -83,7 +83,7 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
 fn output<'a>(common: &Common, args: &'a ExportArgs) -> Result<Option<&'a Path>> {
     let needs = match args.to {
         ExportFormat::Tum => Some("a folder: two files a run go into it"),
-        ExportFormat::Mcap => Some("a file: a bag is no text"),
+        ExportFormat::Mcap => Some("a file: a bag is not text"),
         _ => None,
     };
     let output = args.output.as_deref().filter(|file| file.as_os_str() != "-");
@@ -91,7 +91,7 @@ fn output<'a>(common: &Common, args: &'a ExportArgs) -> Result<Option<&'a Path>>
         return Err(Error::new("no place to write to").hint(format_args!("give -o {what}")));
     }
     if common.json && output.is_none() && args.to != ExportFormat::Json {
-        return Err(Error::new("what this format prints is no JSON")
+        return Err(Error::new("what this format prints is not JSON")
             .hint("--to json prints the numbers as JSON; -o FILE writes the file"));
     }
     Ok(output)

@@ -4,10 +4,11 @@
 
 use crate::cli::{Common, FleetArgs};
 use crate::error::{Error, Result};
-use crate::fleet::{Fleet, campaigns, csv, findings, json, nothing_found, page, study};
+use crate::fleet::{Fleet, campaigns, csv, findings_of, json, nothing_found, page, study};
 use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, Progress, WARN, note, paint, say, warn};
 use campaign::file::{WriteError, check_writable, write_whole};
+use robot_model::effect::CATALOGUE;
 use std::path::Path;
 
 /// Longest line of a paragraph.
@@ -27,7 +28,7 @@ pub(super) fn run(common: &Common, args: &FleetArgs) -> Result<()> {
         check_writable(file).map_err(|error| cannot(file, &error))?;
     }
     let progress = Progress::new(format!("{} campaigns", folders.len()), common.json);
-    let fleet = study(&folders, |share| progress.set(share));
+    let fleet = study(&folders, &CATALOGUE, |share| progress.set(share));
     drop(progress);
     for (folder, why) in &fleet.left_out {
         warn(format_args!("{} is left out: {why}", folder.display()));
@@ -60,7 +61,7 @@ fn cannot(file: &Path, error: &WriteError) -> Error {
 }
 
 fn show(fleet: &Fleet) {
-    let found = findings(fleet);
+    let found = findings_of(fleet);
     if found.is_empty() {
         say(paint(BOLD, format_args!("{}.", nothing_found(fleet))));
     }

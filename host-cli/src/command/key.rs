@@ -19,8 +19,10 @@ pub(super) fn run(common: &Common, command: &KeyCommand) -> Result<()> {
     match command {
         KeyCommand::New { file } => {
             new(file)?;
-            let words =
-                format!("{} written: whoever has this file may drive the robot", file.display());
+            let words = format!(
+                "{} written: with this key in a robot, whoever has the file can drive it",
+                file.display()
+            );
             tell(common.json, json!({ "file": file }), words);
             Ok(())
         }
@@ -36,12 +38,12 @@ fn new(file: &Path) -> Result<()> {
     match write_new_private(file, key_file::text(&key).as_bytes()) {
         Ok(true) => Ok(()),
         Ok(false) => {
-            let problem = format_args!("{name}: it exists, and a key is not overwritten");
+            let problem = format_args!("{name} exists, and is not overwritten");
             Err(Error::new(problem).hint("name another file"))
         }
         Err(error) => {
             let hint = error.hint("does its folder exist, and may you write there?");
-            Err(Error::new(format_args!("{name}: it cannot be written ({error})")).hint(hint))
+            Err(Error::new(format_args!("cannot write {name}: {error}")).hint(hint))
         }
     }
 }

@@ -175,10 +175,9 @@ impl Task {
 
     /// Fits before and after, writes the model, and says what it came to.
     fn change(mut self, common: &Common) -> Result<()> {
-        let fitted = |effects: &[&dyn Effect]| fit(&self.campaign, effects).map_err(Error::new);
         let before: Vec<&dyn Effect> = self.before.iter().map(|effect| &**effect).collect();
-        let before = fitted(&before)?;
-        let after = fitted(&self.model.chosen())?;
+        let before = fit(&self.campaign, &before)?;
+        let after = fit(&self.campaign, &self.model.chosen())?;
         if !after.is_finite() {
             let old: Vec<&str> = self.before.iter().map(|effect| effect.facts().id).collect();
             let new = after

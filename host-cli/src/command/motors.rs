@@ -36,7 +36,7 @@ pub(super) fn explain(folder: &Path, as_json: bool, exit_code: bool) -> Result<(
     } else {
         show_answer(&answer);
     }
-    let lacks = !answer.steps.is_empty() || answer.remains.structure;
+    let lacks = !answer.steps.is_empty() || answer.unexplained.structure;
     if exit_code && lacks { Err(Error::answered_no()) } else { Ok(()) }
 }
 

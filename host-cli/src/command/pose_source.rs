@@ -1,6 +1,6 @@
 //! Which source measures the robot, by the options of a calibration, a run or a campaign.
 
-use sim_target::Lab;
+use sim_target::Testbed;
 
 use crate::cli::{CalibrateArgs, CampaignRecordArgs, Measure};
 use crate::error::{Error, Result};
@@ -14,8 +14,8 @@ use crate::pose_source::with_gyro::WithGyro;
 use crate::pose_source::{PoseSource, Sigma};
 
 /// The source that measures unless the user chooses another.
-fn usual(lab: Option<&Lab>) -> Measure {
-    match lab {
+fn usual(testbed: Option<&Testbed>) -> Measure {
+    match testbed {
         Some(_) => Measure::Camera,
         None => Measure::Ask,
     }
@@ -24,13 +24,13 @@ fn usual(lab: Option<&Lab>) -> Measure {
 /// The source that measures a calibration.
 pub(super) fn of_calibration(
     args: &CalibrateArgs,
-    lab: Option<Lab>,
+    testbed: Option<Testbed>,
 ) -> Result<Box<dyn PoseSource>> {
-    let measure = args.measure.clone().unwrap_or(usual(lab.as_ref()));
+    let measure = args.measure.clone().unwrap_or(usual(testbed.as_ref()));
     let confirm = !args.yes;
-    match (measure, lab) {
-        (Measure::Camera, Some(lab)) => Ok(Box::new(Camera::new(lab))),
-        (Measure::Ruler, Some(lab)) => Ok(Box::new(Ruler::new(lab))),
+    match (measure, testbed) {
+        (Measure::Camera, Some(testbed)) => Ok(Box::new(Camera::new(testbed))),
+        (Measure::Ruler, Some(testbed)) => Ok(Box::new(Ruler::new(testbed))),
         (Measure::Camera | Measure::Ruler, None) => {
             Err(Error::new("camera and ruler belong to the simulator in this process (--port sim)")
                 .hint("--measure ask, or --measure track:FILE"))
@@ -47,9 +47,9 @@ pub(super) fn of_calibration(
 }
 
 /// The source that measures a single run: the simulator's camera, or none.
-pub(super) fn of_run(lab: Option<Lab>) -> Box<dyn PoseSource> {
-    match lab {
-        Some(lab) => Box::new(Camera::new(lab)),
+pub(super) fn of_run(testbed: Option<Testbed>) -> Box<dyn PoseSource> {
+    match testbed {
+        Some(testbed) => Box::new(Camera::new(testbed)),
         None => Box::new(NoPoses { confirm: false }),
     }
 }
@@ -57,25 +57,28 @@ pub(super) fn of_run(lab: Option<Lab>) -> Box<dyn PoseSource> {
 /// The source that measures the runs of a campaign.
 pub(super) fn of_campaign(
     args: &CampaignRecordArgs,
-    lab: Option<Lab>,
+    testbed: Option<Testbed>,
 ) -> Result<Box<dyn PoseSource>> {
     match &args.gyro {
-        None => poses_of_campaign(args, lab),
-        Some(_) if lab.is_some() => {
+        None => poses_of_campaign(args, testbed),
+        Some(_) if testbed.is_some() => {
             Err(Error::new("a simulated robot has its own gyro, defined in its scenario")
                 .hint("leave out --gyro, and add a section [gyro] to the scenario"))
         }
         Some(path) => {
-            Ok(Box::new(WithGyro::new(poses_of_campaign(args, lab)?, GyroLog::new(path))))
+            Ok(Box::new(WithGyro::new(poses_of_campaign(args, testbed)?, GyroLog::new(path))))
         }
     }
 }
 
-fn poses_of_campaign(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Box<dyn PoseSource>> {
-    let measure = args.measure.clone().unwrap_or(usual(lab.as_ref()));
+fn poses_of_campaign(
+    args: &CampaignRecordArgs,
+    testbed: Option<Testbed>,
+) -> Result<Box<dyn PoseSource>> {
+    let measure = args.measure.clone().unwrap_or(usual(testbed.as_ref()));
     let confirm = !args.yes;
-    match (measure, lab) {
-        (Measure::Camera, Some(lab)) => Ok(Box::new(Camera::new(lab))),
+    match (measure, testbed) {
+        (Measure::Camera, Some(testbed)) => Ok(Box::new(Camera::new(testbed))),
         (Measure::Camera, None) => {
             Err(Error::new("the camera belongs to the simulator in this process (--port sim)")
                 .hint("--measure track:FILE, ask or none"))
@@ -84,12 +87,12 @@ fn poses_of_campaign(args: &CampaignRecordArgs, lab: Option<Lab>) -> Result<Box<
             Err(Error::new("a campaign needs more than a ruler at the end of a run")
                 .hint("--measure camera, track:FILE, ask or none"))
         }
-        (Measure::Ask, lab) => {
+        (Measure::Ask, testbed) => {
             let sigma = Sigma {
                 position_m: args.position_sigma.map_or(Sigma::TAPE.position_m, |sigma| sigma.m),
                 heading_rad: args.heading_sigma.map_or(Sigma::TAPE.heading_rad, |sigma| sigma.rad),
             };
-            Ok(Box::new(Tape::new(confirm, sigma, lab)))
+            Ok(Box::new(Tape::new(confirm, sigma, testbed)))
         }
         (Measure::NoPoses, _) => Ok(Box::new(NoPoses { confirm })),
         (Measure::Track(path), _) => Ok(Box::new(TrackFile { path, noise: None, confirm })),

@@ -32,12 +32,12 @@ pub(super) fn run(common: &Common, args: &RecordArgs) -> Result<()> {
     }
     let number = next_number(&args.campaign)?;
     let sim = common.sim().for_run(&common.port, number)?;
-    let (path, rows, config) = with_robot(&common.port, &sim, async |session, lab| {
+    let (path, rows, config) = with_robot(&common.port, &sim, async |session, testbed| {
         let config = session.read_config().await?;
         let motion = motion_of(&args.motion, &config)?;
         limits::check(&motion, &config, profile_of(&args.motion).long)?;
-        let is_simulated = lab.is_some();
-        let mut source = pose_source::of_run(lab);
+        let is_simulated = testbed.is_some();
+        let mut source = pose_source::of_run(testbed);
         // Before the robot moves: a folder that cannot be written must not cost a run.
         let mut robot = robot_file(&config, source.noise());
         // A simulated robot has another uid with each seed, and still belongs to the same campaign.

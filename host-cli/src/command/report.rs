@@ -57,8 +57,8 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     // Explained from the robot as recorded, whatever effects its model has been given since.
     let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
     let question = Question { campaign: &campaign, catalogue: &catalogue, in_model: &in_use };
-    let answer = explained(&question, &cache, common.json).map_err(Error::new)?;
-    let comparer = Comparer::with_noise(&campaign, answer.compared_by).map_err(Error::new)?;
+    let answer = explained(&question, &cache, common.json)?;
+    let comparer = Comparer::with_noise(&campaign, answer.compared_by)?;
     let found = effects_with_values(&answer.steps, &catalogue);
     let context = AnswerContext {
         combinations: net_changes(&comparer, &found),

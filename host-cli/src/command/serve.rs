@@ -71,12 +71,12 @@ fn robot(common: &Common, args: &ServeArgs) -> Result<()> {
     };
     let robot = Arc::new(robot_page::Robot::default());
     let (beside, at) = (Arc::clone(&robot), address.clone());
-    let attendance = std::thread::spawn(move || {
-        robot_page::attend(&at, key.as_ref(), &beside, &interrupt::cancel())
+    let kept = std::thread::spawn(move || {
+        robot_page::keep_session(&at, key.as_ref(), &beside, &interrupt::cancel())
     });
     open_page(common, args, &server, Some(&address));
     robot_page::serve(server, robot)?;
-    match attendance.join() {
+    match kept.join() {
         Ok(left) => Ok(left?),
         Err(_) => Err(Error::new("the session with the robot has ended by a mistake of Beeline's")
             .hint("`beeline identify` shows the robot's state, `beeline stop` stops it")),

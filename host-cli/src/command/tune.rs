@@ -4,7 +4,7 @@ use std::path::Path;
 
 use campaign::CampaignWriter;
 use host_link::Session;
-use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, Push, WheelMotor};
+use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, LoadDisturbance, WheelMotor};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, TuneArgs};
@@ -119,7 +119,7 @@ fn in_words(outcome: &DriveOutcome) -> String {
 }
 
 /// A slope or a cable: what it does, and what was made of it.
-fn print_push(push: Push) {
+fn print_push(push: LoadDisturbance) {
     let (way, other) =
         if push.volts > 0.0 { ("forwards", "backwards") } else { ("backwards", "forwards") };
     say(format_args!(
@@ -164,7 +164,7 @@ fn print(tuned: &Tuned, forgets: bool) {
         |off| off.ka_spin_v_s2_per_m,
     );
     say(format_args!("delay {:.1} ms; ± gives 95 % intervals", value.delay_s * 1e3));
-    if let Some(push) = constants.push() {
+    if let Some(push) = constants.load_disturbance() {
         print_push(push);
     }
     say(format_args!(
@@ -233,7 +233,7 @@ fn as_json(tuned: &Tuned) -> Value {
             "left": motor(&wheels.left, &off.left),
             "right": motor(&wheels.right, &off.right),
             "delay_s": constants.value.delay_s,
-            "push_v": constants.push().map_or(0.0, |push| push.volts),
+            "push_v": constants.load_disturbance().map_or(0.0, |push| push.volts),
         },
         "residual_m": tuned.fit.residual_m,
         "gains": {

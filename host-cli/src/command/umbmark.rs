@@ -27,7 +27,7 @@ use crate::words;
 pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     let forgets = common.port.is_sim() && common.flash.is_none();
     let undo_folder = if forgets { None } else { Some(state_folder()?) };
-    let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
+    let outcome = with_robot(&common.port, &common.sim(), async |session, testbed| {
         let config = session.read_config().await?;
         let radius_m = config.geometry.wheel_radius_m;
         let settings = UmbmarkSettings {
@@ -44,7 +44,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
         {
             limits::check(&motion, &config, args.profile.long)?;
         }
-        let mut source = pose_source::of_calibration(args, lab)?;
+        let mut source = pose_source::of_calibration(args, testbed)?;
         let mut progress = None;
         let quiet = common.json;
         umbmark(session, &mut *source, &settings, &mut |step| match step {
@@ -88,9 +88,8 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
 /// The effects that `explain` finds in the first set of squares.
 fn explained(outcome: &UmbmarkOutcome) -> Result<Vec<StepFound>> {
     let Some(campaign) = &outcome.campaign else { return Ok(Vec::new()) };
-    let answer =
-        robot_model::explain::explain(&campaign.to_model(std::path::Path::new("squares"))?)
-            .map_err(Error::new)?;
+    let campaign = campaign.to_model(std::path::Path::new("squares"))?;
+    let answer = robot_model::explain::explain(&campaign)?;
     Ok(answer.steps)
 }
 

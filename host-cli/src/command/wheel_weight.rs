@@ -33,9 +33,9 @@ pub(super) fn run(common: &Common, args: &WheelWeightArgs) -> Result<()> {
     };
     let start_heading_sigma_rad = args.start_heading.rad;
     let experiment = Experiment { deviation, turns, geometry, start_heading_sigma_rad };
-    let weight = experiment
-        .wheel_weight()
-        .map_err(|error| Error::new(error).hint("check the numbers and their units"))?;
+    let weight = experiment.wheel_weight().map_err(|error| {
+        Error::new(words::wheel_weight_error(&error)).hint("check the numbers and their units")
+    })?;
     // The checks of a calibration on the robot itself.
     plausibility::check(GeometryConfig {
         wheel_radius_m: args.radius.m,

@@ -83,10 +83,8 @@ pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use findings::empty_answer::nothing_found;
-    use robot_model::estimation::Errors;
+    use findings::empty_answer::{nothing_found, step_of};
     use robot_model::explain::{CandidateKind, PredictedSeparation};
-    use robot_model::explain::{Evidence, StepFound};
 
     use super::*;
 
@@ -142,21 +140,7 @@ mod tests {
 
     #[test]
     fn effects_that_no_run_tells_apart_are_named() {
-        let answer = |class: &[&str]| Answer {
-            steps: vec![StepFound {
-                effect: class[0].into(),
-                class: class.iter().map(|id| (*id).to_owned()).collect(),
-                parameters: Vec::new(),
-                fitted: Errors::default(),
-                cross_validated: Errors::default(),
-                p_value: 1e-9,
-                evidence: Evidence::default(),
-                effect_size_m: 1e-2,
-                moves_no_track: false,
-                matters: true,
-            }],
-            ..nothing_found()
-        };
+        let answer = |class: &[&str]| Answer { steps: vec![step_of(class)], ..nothing_found() };
         assert!(no_next_run(&answer(&["scrub"])).contains("No further run"));
         let mut unexplained = answer(&["scrub"]);
         unexplained.unexplained.structure = true;

@@ -7,7 +7,7 @@ use robot_model::explain::ParameterFound;
 use robot_model::fleet::RobotJudged;
 
 use super::{FleetParameter, Kind, Studied, places};
-use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, grid_rows};
 use crate::escape::html as escape;
 
 const WIDTH: f64 = 460.0;
@@ -141,20 +141,7 @@ fn axes(
     (y, range): (&Scale, (f64, f64)),
     over_time: bool,
 ) {
-    let (levels, decimals) = ticks(range, nice_step(range.1 - range.0, 5.0));
-    for level in levels {
-        let at = y.at(level);
-        let class = if level == 0.0 { "zero" } else { "g" };
-        let _ = write!(
-            svg,
-            "<path class=\"{class}\" d=\"M{} {at}H{}\"/><text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
-            Px(X.0),
-            Px(X.1),
-            Px(X.0 - 8.0),
-            Px(at.0 + 4.0),
-            number(level, decimals)
-        );
-    }
+    grid_rows(svg, y, range, X);
     if !over_time {
         let _ = write!(
             svg,

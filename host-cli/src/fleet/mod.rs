@@ -19,9 +19,10 @@ mod words;
 use std::path::{Path, PathBuf};
 
 use campaign::model::ModelFile;
+use campaign::words::recording_error;
 use campaign::{Campaign, CampaignError, RobotFile};
 use findings::headline::{Asked, headline};
-use robot_model::effect::{CATALOGUE, Effect, Role};
+use robot_model::effect::{Effect, Role};
 use robot_model::estimation::ErrorPair;
 use robot_model::explain::model::{Model, ModelFitter};
 use robot_model::explain::{ParameterFound, explain_given};
@@ -31,18 +32,18 @@ use robot_model::recording;
 pub use page::page;
 pub use places::{Dated, campaigns};
 pub use table::{csv, json};
-pub use words::{Finding, findings, nothing_found};
+pub use words::{Finding, findings_of, nothing_found};
 
 /// All campaigns, judged.
-pub struct Fleet {
+pub struct Fleet<'a> {
     /// Robots of the same data sheet, the most campaigns first.
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<Kind<'a>>,
     /// Folders that could not be used, and why.
     pub left_out: Vec<(PathBuf, String)>,
 }
 
 /// Robots with the same nominal numbers.
-pub struct Kind {
+pub struct Kind<'a> {
     /// These numbers, in words.
     pub name: String,
     /// Names of the robots.
@@ -50,10 +51,10 @@ pub struct Kind {
     /// Their campaigns, by robot, then by date.
     pub campaigns: Vec<Studied>,
     /// What all were fitted with.
-    pub parameters: Vec<FleetParameter>,
+    pub parameters: Vec<FleetParameter<'a>>,
 }
 
-impl Kind {
+impl Kind<'_> {
     /// Whether there are several robots or days: else there is nothing to compare, and a drawing would be one dot.
     pub fn is_comparable(&self) -> bool {
         let days = || self.campaigns.iter().filter_map(|one| one.dated.days);
@@ -85,9 +86,9 @@ pub struct Studied {
 }
 
 /// One parameter of a kind.
-pub struct FleetParameter {
+pub struct FleetParameter<'a> {
     /// The effect.
-    pub effect: &'static dyn Effect,
+    pub effect: &'a dyn Effect,
     /// Its value in each campaign; `None` if the runs do not determine it.
     pub values: Vec<Option<ParameterFound>>,
     /// Name and unit.
@@ -102,11 +103,15 @@ pub struct FleetParameter {
 type Sheet = [u64; 4];
 
 /// Studies campaigns; `progress` is told the share that is done.
-pub fn study(folders: &[PathBuf], mut progress: impl FnMut(f64)) -> Fleet {
+pub fn study<'a>(
+    folders: &[PathBuf],
+    catalogue: &[&'a dyn Effect],
+    mut progress: impl FnMut(f64),
+) -> Fleet<'a> {
     let mut kinds: Vec<(Sheet, Kind)> = Vec::new();
     let mut left_out = Vec::new();
     for (number, folder) in folders.iter().enumerate() {
-        match explained(folder) {
+        match explained(folder, catalogue) {
             Ok((robot, studied)) => join(&mut kinds, &robot, studied),
             Err(error) => left_out.push((folder.clone(), error)),
         }
@@ -124,7 +129,7 @@ pub fn study(folders: &[PathBuf], mut progress: impl FnMut(f64)) -> Fleet {
             let names = robots[a.robot].cmp(&robots[b.robot]);
             names.then(days(a).total_cmp(&days(b))).then(a.folder.cmp(&b.folder))
         });
-        fit_all(kind, &mut left_out, || {
+        fit_all(kind, catalogue, &mut left_out, || {
             done += 1;
             progress(0.8 + 0.2 * done as f64 / total.max(1) as f64);
         });
@@ -135,7 +140,7 @@ pub fn study(folders: &[PathBuf], mut progress: impl FnMut(f64)) -> Fleet {
 }
 
 /// Explains the campaign in a folder.
-fn explained(folder: &Path) -> Result<(RobotFile, Studied), String> {
+fn explained(folder: &Path, catalogue: &[&dyn Effect]) -> Result<(RobotFile, Studied), String> {
     let words = |error: CampaignError| error.to_string();
     let (read, recordings) = Campaign::read_both(folder).map_err(words)?;
     let campaign = recordings.into_model(&read, folder).map_err(words)?;
@@ -143,10 +148,10 @@ fn explained(folder: &Path) -> Result<(RobotFile, Studied), String> {
     // From the robot as recorded, whatever effects its model has been given since.
     let in_use: Vec<&str> = model.in_use().iter().map(|entry| entry.id()).collect();
     let answer =
-        explain_given(&campaign, &CATALOGUE, &in_use).map_err(|error| error.to_string())?;
+        explain_given(&campaign, catalogue, &in_use).map_err(|error| recording_error(&error))?;
     let asked = Asked {
         runs: campaign.fitted_runs().count(),
-        catalogue: &CATALOGUE,
+        catalogue,
         nominal_m: [read.robot.wheel_radius_m, read.robot.track_width_m],
     };
     let missing = answer.steps.iter().filter(|step| step.matters);
@@ -192,9 +197,14 @@ fn join(kinds: &mut Vec<(Sheet, Kind)>, robot: &RobotFile, studied: Studied) {
 }
 
 /// Fits every campaign of a kind with the effects that any of them shows.
-fn fit_all(kind: &mut Kind, left_out: &mut Vec<(PathBuf, String)>, mut done: impl FnMut()) {
+fn fit_all<'a>(
+    kind: &mut Kind<'a>,
+    catalogue: &[&'a dyn Effect],
+    left_out: &mut Vec<(PathBuf, String)>,
+    mut done: impl FnMut(),
+) {
     let found: Vec<Found> = kind.campaigns.iter().flat_map(|one| one.found.clone()).collect();
-    let effects = common_effects(&found, &CATALOGUE);
+    let effects = common_effects(&found, catalogue);
     let mut models: Vec<Model> = Vec::new();
     kind.campaigns.retain_mut(|one| {
         let fitted = one.campaign.take().map(|campaign| ModelFitter::new(&campaign));
@@ -207,7 +217,7 @@ fn fit_all(kind: &mut Kind, left_out: &mut Vec<(PathBuf, String)>, mut done: imp
                 true
             }
             Some(Err(error)) => {
-                left_out.push((one.folder.clone(), error.to_string()));
+                left_out.push((one.folder.clone(), recording_error(&error)));
                 false
             }
             None => false,

@@ -74,7 +74,7 @@ fn counted(count: usize, what: &str) -> String {
 }
 
 fn title(fleet: &Fleet) -> String {
-    let all = words::findings(fleet);
+    let all = words::findings_of(fleet);
     let robots = |what: &[&str]| {
         let named = all.iter().filter(|one| what.contains(&one.what));
         let mut robots: Vec<_> = named.filter_map(|one| one.robot.as_ref()).collect();
@@ -101,7 +101,7 @@ fn title(fleet: &Fleet) -> String {
 }
 
 fn findings(html: &mut String, fleet: &Fleet) {
-    let all = words::findings(fleet);
+    let all = words::findings_of(fleet);
     if all.is_empty() {
         return;
     }

@@ -83,7 +83,7 @@ fn quoted(text: &str) -> String {
 
 /// The whole as JSON, schema 1.
 pub fn json(fleet: &Fleet) -> Value {
-    let findings = words::findings(fleet).into_iter().map(|finding| {
+    let findings = words::findings_of(fleet).into_iter().map(|finding| {
         json!({
             "what": finding.what,
             "kind": finding.kind,

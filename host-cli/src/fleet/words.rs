@@ -33,7 +33,7 @@ pub fn nothing_found(fleet: &Fleet) -> &'static str {
 }
 
 /// All that is found.
-pub fn findings(fleet: &Fleet) -> Vec<Finding> {
+pub fn findings_of(fleet: &Fleet) -> Vec<Finding> {
     let mut all: Vec<Finding> = fleet.kinds.iter().flat_map(of_kind).collect();
     let rank =
         |what: &str| ["wears", "drifts", "unlike", "common"].iter().position(|one| *one == what);

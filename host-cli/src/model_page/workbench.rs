@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use super::answer;
 use super::request::ModelRequest;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::escape::shell_path;
 use crate::explain::{AnswerContext, headline, next_run_command, no_next_run, progress_line};
 use crate::fit_cache::{FitCache, Question};
@@ -60,7 +60,7 @@ impl Workbench {
     ) -> Result<Self> {
         let model = ModelFile::read_or_empty(&ModelFile::place(folder))?;
         let in_use = model.in_use().iter().map(|entry| entry.id().to_owned()).collect();
-        let fitter = ModelFitter::new(&campaign).map_err(Error::new)?;
+        let fitter = ModelFitter::new(&campaign)?;
         Ok(Self {
             folder: folder.to_owned(),
             read,

@@ -1,4 +1,4 @@
-//! The simulator's laboratory as a source of poses: its overhead camera and its gyro. The robot is
+//! The simulator's testbed as a source of poses: its overhead camera and its gyro. The robot is
 //! carried to its marks without asking anybody.
 
 use std::time::Duration;
@@ -8,7 +8,7 @@ use host_link::Clock;
 use host_link::motion::Trigger;
 use host_link::wire::Waiting;
 use robot_model::calibration::TrackSample;
-use sim_target::Lab;
+use sim_target::Testbed;
 use sim_target::plant::Pose;
 
 use super::align::Reckoned;
@@ -20,15 +20,15 @@ const CARRY: Duration = Duration::from_secs(10);
 
 /// The simulator's camera.
 pub struct Camera {
-    lab: Lab,
+    testbed: Testbed,
     /// The number of readings of the yaw rate sensor before the run.
     rates_before: usize,
 }
 
 impl Camera {
-    /// The camera of this laboratory.
-    pub fn new(lab: Lab) -> Self {
-        Self { lab, rates_before: 0 }
+    /// The camera of this testbed.
+    pub fn new(testbed: Testbed) -> Self {
+        Self { testbed, rates_before: 0 }
     }
 }
 
@@ -40,11 +40,11 @@ impl PoseSource for Camera {
     ) -> Waiting<'a, Result<DriveOrSkip>> {
         Box::pin(async move {
             match mark {
-                Mark::Line(_) => self.lab.place_at_start(),
+                Mark::Line(_) => self.testbed.place_at_start(),
                 Mark::Run(run) => {
                     clock.sleep(CARRY).await;
-                    self.lab.set_payload(run.payload_kg);
-                    self.lab.place_on(Pose { heading_rad: run.heading_rad, ..Pose::default() });
+                    self.testbed.set_payload(run.payload_kg);
+                    self.testbed.place_on(Pose { heading_rad: run.heading_rad, ..Pose::default() });
                 }
             }
             Ok(DriveOrSkip::Drive)
@@ -52,12 +52,12 @@ impl PoseSource for Camera {
     }
 
     fn begin(&mut self) -> Result<usize> {
-        self.rates_before = self.lab.gyro_len();
-        Ok(self.lab.camera_len())
+        self.rates_before = self.testbed.gyro_len();
+        Ok(self.testbed.camera_len())
     }
 
     fn trigger(&self) -> Option<Trigger> {
-        Some(sim_link::camera_trigger(self.lab.clone()))
+        Some(sim_link::camera_trigger(self.testbed.clone()))
     }
 
     fn measures_while_driving(&self) -> bool {
@@ -65,7 +65,7 @@ impl PoseSource for Camera {
     }
 
     fn pose_count(&self) -> Result<Option<usize>> {
-        Ok(Some(self.lab.camera_len()))
+        Ok(Some(self.testbed.camera_len()))
     }
 
     fn poses_from(&self, first: usize) -> Result<Vec<TrackSample>> {
@@ -75,15 +75,15 @@ impl PoseSource for Camera {
             y_m: sample.y_m,
             heading_rad: Some(sample.heading_rad),
         };
-        Ok(self.lab.camera_samples_from(first).into_iter().map(pose).collect())
+        Ok(self.testbed.camera_samples_from(first).into_iter().map(pose).collect())
     }
 
     fn pose_clock(&self) -> PoseClock {
-        PoseClock::Robot { delay_known: self.lab.camera_parameters().delay_known }
+        PoseClock::Robot { delay_known: self.testbed.camera_parameters().delay_known }
     }
 
     fn noise(&self) -> Option<Sigma> {
-        let parameters = self.lab.camera_parameters();
+        let parameters = self.testbed.camera_parameters();
         let (position_m, heading_rad) = (parameters.position_sigma_m, parameters.heading_sigma_rad);
         Some(Sigma { position_m, heading_rad })
     }
@@ -99,7 +99,7 @@ impl PoseSource for Camera {
     }
 
     fn yaw_rates(&mut self, _: &str, _: &[Reckoned]) -> Result<Vec<YawRate>> {
-        let readings = self.lab.gyro_samples_from(self.rates_before).into_iter();
+        let readings = self.testbed.gyro_samples_from(self.rates_before).into_iter();
         Ok(readings.map(|reading| (reading.t_s, reading.yaw_rate_rad_s)).collect())
     }
 

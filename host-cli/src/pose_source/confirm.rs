@@ -1,8 +1,9 @@
 //! Asks a person to put the robot at a mark.
 
+use campaign::plan::PlannedRun;
 use host_link::Clock;
 
-use super::{DriveOrSkip, Mark, ask_for, stopped};
+use super::mark::{DriveOrSkip, Mark};
 use crate::error::{Error, Result};
 use crate::ui;
 
@@ -27,4 +28,24 @@ pub(super) async fn confirm(clock: &Clock, mark: Mark<'_>) -> Result<DriveOrSkip
             }
         },
     }
+}
+
+/// Asks a person to put the robot at the start of a run.
+pub(super) fn ask_for(run: &PlannedRun) -> String {
+    let deg = run.heading_rad.to_degrees().rem_euclid(360.0);
+    let facing = match deg.round() as u32 {
+        0 | 360 => "facing along the campaign's x axis".to_owned(),
+        deg => format!("facing {deg} degrees to the left of the campaign's x axis"),
+    };
+    let load = if run.payload_kg > 0.0 {
+        format!(", with {} kg on board", run.payload_kg)
+    } else {
+        String::new()
+    };
+    format!("{}: put the robot at its mark, {facing}{load}.", run.name)
+}
+
+/// The error of a user who stops here.
+pub(super) fn stopped() -> Error {
+    Error::interrupted("stopped; the same command continues from here")
 }

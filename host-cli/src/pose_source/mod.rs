@@ -17,6 +17,7 @@ pub mod align;
 pub mod camera;
 mod confirm;
 pub mod gyro_log;
+mod mark;
 pub mod none;
 mod reading;
 pub mod ruler;
@@ -30,26 +31,10 @@ use host_link::motion::Trigger;
 use host_link::wire::Waiting;
 use robot_model::calibration::{Deviation, TrackSample};
 
+pub use mark::{DriveOrSkip, Mark};
+
 use self::align::Reckoned;
 use crate::error::{Error, Result};
-
-/// Where a robot is to be put.
-#[derive(Clone, Copy, Debug)]
-pub enum Mark<'a> {
-    /// At its line; the words complete the sentence "Put the robot ...".
-    Line(&'a str),
-    /// At the start of a run of a plan.
-    Run(&'a PlannedRun),
-}
-
-/// Whether to drive a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DriveOrSkip {
-    /// Drive it.
-    Drive,
-    /// Skip it this time.
-    Skip,
-}
 
 /// The result of measuring a run.
 #[derive(Clone, Debug, PartialEq)]
@@ -191,26 +176,6 @@ pub trait PoseSource {
     fn is_simulated(&self) -> bool {
         false
     }
-}
-
-/// Asks a person to put the robot at the start of a run.
-fn ask_for(run: &PlannedRun) -> String {
-    let deg = run.heading_rad.to_degrees().rem_euclid(360.0);
-    let facing = match deg.round() as u32 {
-        0 | 360 => "facing along the campaign's x axis".to_owned(),
-        deg => format!("facing {deg} degrees to the left of the campaign's x axis"),
-    };
-    let load = if run.payload_kg > 0.0 {
-        format!(", with {} kg on board", run.payload_kg)
-    } else {
-        String::new()
-    };
-    format!("{}: put the robot at its mark, {facing}{load}.", run.name)
-}
-
-/// The error of a user who stops here.
-fn stopped() -> Error {
-    Error::interrupted("stopped; the same command continues from here")
 }
 
 /// The error of a source that reads nothing at the end.

@@ -100,7 +100,7 @@ pub(super) fn parse_pose(text: &str) -> std::result::Result<Reading, String> {
         [x, y, heading] => (x, y, Some(heading)),
         _ => {
             return Err(format!(
-                "`{text}` is no pose: give x and y, and the heading if you can: 1.795m -12mm 3deg"
+                "`{text}` is not a pose: give x and y, and the heading if you can: 1.795m -12mm 3deg"
             ));
         }
     };

@@ -14,15 +14,16 @@ use robot_model::calibration::{Deviation, TrackSample};
 use robot_model::checks::implausible_end_pose;
 use robot_model::kinematics::Pose;
 use robot_model::recording::PoseMeasurement;
-use sim_target::Lab;
+use sim_target::Testbed;
 
 use super::align::{Reckoned, on_robot_clock};
 use super::confirm::confirm;
+use super::confirm::{ask_for, stopped};
 use super::reading::{
     Heading, Reading, Reply, as_read, parse_deviation, parse_heading, parse_pose, parse_reply,
 };
 use super::track_file::no_shift;
-use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma, ask_for, stopped};
+use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma};
 use crate::error::Result;
 use crate::quantity::{Length, join_units};
 use crate::ui;
@@ -31,8 +32,8 @@ use crate::ui;
 pub struct Tape {
     /// Whether to ask before each run.
     confirm: bool,
-    /// The laboratory of a simulated robot.
-    lab: Option<Lab>,
+    /// The testbed of a simulated robot.
+    testbed: Option<Testbed>,
     /// The uncertainty of a reading.
     sigma: Sigma,
     /// Where the robot stood before the run.
@@ -54,9 +55,9 @@ impl Sigma {
 }
 
 impl Tape {
-    /// A person who reads with this uncertainty; `lab` is that of a simulated robot.
-    pub fn new(confirm: bool, sigma: Sigma, lab: Option<Lab>) -> Self {
-        Self { confirm, lab, sigma, start: Pose::ORIGIN, by_tape: false, explained: false }
+    /// A person who reads with this uncertainty; `testbed` is that of a simulated robot.
+    pub fn new(confirm: bool, sigma: Sigma, testbed: Option<Testbed>) -> Self {
+        Self { confirm, testbed, sigma, start: Pose::ORIGIN, by_tape: false, explained: false }
     }
 
     /// Has the robot put at the mark of a run, or asks where it stands instead.
@@ -64,7 +65,7 @@ impl Tape {
         let place = ask_for(run);
         let mark = Pose::new(0.0, 0.0, run.heading_rad);
         self.start = mark;
-        if !self.explained && (self.confirm || self.lab.is_some()) {
+        if !self.explained && (self.confirm || self.testbed.is_some()) {
             self.explained = true;
             ui::note(format_args!(
                 "  x along the campaign's axis, y to its left, from the start mark to the middle of the axle; \
@@ -93,9 +94,9 @@ impl Tape {
                 },
             }
         }
-        if let Some(lab) = &self.lab {
-            lab.set_payload(run.payload_kg);
-            lab.place_on(sim_target::plant::Pose {
+        if let Some(testbed) = &self.testbed {
+            testbed.set_payload(run.payload_kg);
+            testbed.place_on(sim_target::plant::Pose {
                 x_m: self.start.x_m,
                 y_m: self.start.y_m,
                 heading_rad: self.start.heading_rad,
@@ -106,8 +107,8 @@ impl Tape {
 
     /// Asks where the robot stands after a run; `reckoned` is the run by dead reckoning.
     async fn ask_where(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<RunMeasurement> {
-        if let Some(lab) = &self.lab {
-            ui::note(format_args!("  a tape would read {}", as_read(lab.pose())));
+        if let Some(testbed) = &self.testbed {
+            ui::note(format_args!("  a tape would read {}", as_read(testbed.pose())));
         }
         let mut doubted = None;
         loop {

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use robot_model::compare::{Component, Curve};
 use robot_model::estimation::SIGMAS_95;
 
-use super::{CampaignReport, legend};
-use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
+use super::campaign_report::{self, CampaignReport, legend};
+use crate::calibration_page::scale::{Px, Scale, grid_rows, nice_step, number, ticks};
 
 /// At most so many drawings, the largest residuals first; more only if the residuals depend on more variables.
 const PANELS: usize = 6;
@@ -29,7 +29,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     // What was named comes first, then the largest residuals.
     shown.sort_by(|a, b| named(b).cmp(&named(a)).then(b.chi.total_cmp(&a.chi)));
     let mut html = String::new();
-    legend(&mut html, super::before(report.answer), false);
+    legend(&mut html, campaign_report::before(report.answer), false);
     html.push_str("<div class=\"pair\">");
     let panels = shown.iter().filter(|curve| named(curve)).count().max(PANELS);
     for curve in shown.into_iter().take(panels) {
@@ -114,20 +114,7 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
 
 /// Lines and numbers of both axes, each with its ends.
 fn axes(html: &mut String, (x, span): (&Scale, (f64, f64)), (y, range): (&Scale, (f64, f64))) {
-    let (levels, places) = ticks(range, nice_step(range.1 - range.0, 5.0));
-    for level in levels {
-        let at = y.at(level);
-        let class = if level == 0.0 { "zero" } else { "g" };
-        let _ = write!(
-            html,
-            "<path class=\"{class}\" d=\"M{} {at}H{}\"/><text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"end\">{}</text>",
-            Px(X.0),
-            Px(X.1),
-            Px(X.0 - 8.0),
-            Px(at.0 + 4.0),
-            number(level, places)
-        );
-    }
+    grid_rows(html, y, range, X);
     let (stops, places) = ticks(span, nice_step(span.1 - span.0, 6.0));
     for stop in stops {
         let _ = write!(

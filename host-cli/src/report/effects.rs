@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use robot_model::explain::{ParameterFound, StepFound};
 
-use super::CampaignReport;
+use super::campaign_report::CampaignReport;
 use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
 use crate::escape::html as escape;
 use crate::quantity::{scaled_unit, value_with_sigma};

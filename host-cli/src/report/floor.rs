@@ -5,8 +5,8 @@ use std::fmt::Write;
 
 use robot_model::residuals::{PlaceSeen, Regressor};
 
-use super::CampaignReport;
-use crate::calibration_page::scale::{Px, Scale, bounds, nice_step, number, ticks};
+use super::campaign_report::CampaignReport;
+use crate::calibration_page::scale::{Px, Scale, bounds, grid_columns, nice_step, number, ticks};
 
 const WIDTH_MAX: f64 = 940.0;
 const HEIGHT_MAX: f64 = 560.0;
@@ -101,18 +101,8 @@ fn grid(
     [width, height]: [f64; 2],
 ) {
     let step_m = nice_step((high[0] - low[0]).max(high[1] - low[1]).max(0.1), 8.0);
-    let (stops, places) = ticks((low[0], high[0]), step_m);
-    for stop in stops {
-        let at = x.at(stop);
-        let _ = write!(
-            svg,
-            "<path class=\"g\" d=\"M{at} {}V{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            Px(PAD),
-            Px(height - PAD),
-            Px(height - 8.0),
-            number(stop, places)
-        );
-    }
+    let columns = ticks((low[0], high[0]), step_m);
+    grid_columns(svg, &x, columns, (PAD, height - PAD), height - 8.0);
     let (levels, places) = ticks((low[1], high[1]), step_m);
     for level in levels {
         let at = y.at(level);

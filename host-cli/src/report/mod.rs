@@ -9,9 +9,11 @@
 //! | the residuals against each variable | `curves.rs` |
 //! | the place on the floor that it depends on | `floor.rs` |
 //! | two of these as one picture | `drawing.rs` |
+//! | what all of them need | `campaign_report.rs` |
 //!
 //! Nothing in it comes from the network, and nothing in it runs. The same campaign gives the same bytes.
 
+mod campaign_report;
 mod curves;
 mod drawing;
 mod effects;
@@ -24,32 +26,20 @@ mod waterfall;
 
 use std::fmt::Write;
 
-use robot_model::compare::{Comparison, Curve, Path};
 use robot_model::explain::Answer;
 
 use crate::calibration_page::drawing::{COLOURS, STYLE};
 use crate::calibration_page::page::PAGE_STYLE;
 use crate::escape::html as escape;
 use crate::explain::{
-    AnswerContext, errors_text, gyro_words, headline, next_run_command, no_next_run, on_held_out,
+    errors_text, gyro_words, headline, next_run_command, no_next_run, on_held_out,
 };
 use crate::words;
 
+pub use campaign_report::CampaignReport;
 pub use drawing::to_svg;
 
-/// Everything that is on the page.
-pub struct CampaignReport<'a> {
-    /// What was asked.
-    pub context: &'a AnswerContext<'a>,
-    /// What was found.
-    pub answer: &'a Answer,
-    /// The nominal robot, with what it compensates already, against the runs; and the model that was found.
-    pub comparisons: [&'a Comparison; 2],
-    /// Their paths.
-    pub paths: [&'a [Path]; 2],
-    /// What each leaves.
-    pub curves: [&'a [Curve]; 2],
-}
+use campaign_report::before;
 
 const REPORT_STYLE: &str = "\
 .grid{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:14px}.grid svg{margin:0}\
@@ -175,11 +165,6 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
         writeln!(html, "<p class=\"sub\">{}</p>", escape(&words::finding(report.comparisons[0])));
 }
 
-/// What the effects of the answer are added to, in a legend.
-fn before(answer: &Answer) -> &'static str {
-    if answer.known.is_empty() { "nominal robot" } else { "robot as configured" }
-}
-
 /// The finding in a few words.
 fn title(answer: &Answer) -> String {
     let matter = answer.steps.iter().filter(|step| step.matters).count();
@@ -196,18 +181,6 @@ fn section(html: &mut String, title: &str, words: &str) {
     if !words.is_empty() {
         let _ = writeln!(html, "<p class=\"sub\">{words}</p>");
     }
-}
-
-/// The names of the three colours.
-fn legend(html: &mut String, before: &str, measured: bool) {
-    html.push_str("<p class=\"legend\">");
-    if measured {
-        html.push_str("<span><i class=\"k\"></i>measured</span>");
-    }
-    let _ = write!(
-        html,
-        "<span><i class=\"b\"></i>{before}</span><span><i class=\"a\"></i>with the missing effects</span></p>"
-    );
 }
 
 /// The errors on held-out runs.

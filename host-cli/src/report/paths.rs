@@ -5,7 +5,7 @@ use std::fmt::Write;
 use robot_model::compare::Path;
 use robot_model::recording::RunKind;
 
-use super::{CampaignReport, legend};
+use super::campaign_report::{CampaignReport, before, legend};
 use crate::calibration_page::scale::{Px, bounds, nice_step, number};
 use crate::escape::html as escape;
 
@@ -20,7 +20,7 @@ const SIZE_MIN_M: f64 = 0.1;
 
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let mut html = String::new();
-    legend(&mut html, super::before(report.answer), true);
+    legend(&mut html, before(report.answer), true);
     html.push_str("<div class=\"grid\">");
     for index in chosen(report.paths[0]) {
         panel(&mut html, &report.paths[0][index], &report.paths[1][index]);

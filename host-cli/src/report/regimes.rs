@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use robot_model::compare::RegimeError;
 
-use super::{CampaignReport, legend};
-use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
+use super::campaign_report::{self, CampaignReport, legend};
+use crate::calibration_page::scale::{Px, Scale, grid_columns, nice_step, ticks};
 use crate::escape::html as escape;
 use crate::words;
 
@@ -16,7 +16,7 @@ const X: (f64, f64) = (250.0, 640.0);
 pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let [before, after] = report.comparisons.map(|comparison| &comparison.regimes);
     let mut html = String::new();
-    legend(&mut html, super::before(report.answer), false);
+    legend(&mut html, campaign_report::before(report.answer), false);
     let rows: usize = before.iter().map(|grouping| grouping.groups.len()).sum();
     let bottom = 24.0 + HEAD * before.len() as f64 + ROW * rows as f64;
     let groups = before.iter().chain(after).flat_map(|grouping| &grouping.groups);
@@ -31,24 +31,15 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
         Px(x.at(1.2).0 - X.0),
         Px(bottom - 22.0)
     );
-    let (levels, places) = ticks((0.0, most), nice_step(most, 6.0));
-    for level in levels {
-        let at = x.at(level);
-        let _ = write!(
-            html,
-            "<path class=\"g\" d=\"M{at} 22V{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            Px(bottom),
-            Px(bottom + 17.0),
-            number(level, places)
-        );
-    }
+    let columns = ticks((0.0, most), nice_step(most, 6.0));
+    grid_columns(&mut html, &x, columns, (22.0, bottom), bottom + 17.0);
     let _ = write!(
         html,
         "<text class=\"tick\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">times noise</text>\
          <text class=\"tick\" x=\"690\" y=\"13\">shared error, {}</text>",
         Px((X.0 + X.1) / 2.0),
         Px(bottom + 36.0),
-        super::before(report.answer)
+        campaign_report::before(report.answer)
     );
     let mut y = 22.0;
     for grouping in before {

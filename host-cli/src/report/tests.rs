@@ -1,4 +1,4 @@
-use robot_model::compare::{Axis, Bin, Drift, ErrorLevel, Finding, Rms};
+use robot_model::compare::{Axis, Bin, Comparison, Curve, Drift, ErrorLevel, Finding, Path, Rms};
 use robot_model::effect::CATALOGUE;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{
@@ -9,6 +9,7 @@ use robot_model::recording::RunKind;
 use robot_model::residuals::{PlaceSeen, Regressor, Unexplained};
 
 use super::*;
+use crate::explain::AnswerContext;
 use findings::empty_answer::nothing_found;
 
 fn errors(mm: f64) -> Errors {

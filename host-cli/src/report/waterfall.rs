@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use robot_model::estimation::Errors;
 
-use super::CampaignReport;
-use crate::calibration_page::scale::{Px, Scale, nice_step, number, ticks};
+use super::campaign_report::{CampaignReport, before};
+use crate::calibration_page::scale::{Px, Scale, grid_columns, nice_step, number, ticks};
 use crate::escape::html as escape;
 use crate::quantity::p_value;
 use crate::table::wrapped;
@@ -124,7 +124,7 @@ fn drawing_as(report: &CampaignReport<'_>, layout: &Layout) -> (f64, String) {
 
 fn rows(report: &CampaignReport<'_>, layout: &Layout) -> Vec<Row> {
     let answer = report.answer;
-    let first = vec![super::before(answer).into()];
+    let first = vec![before(answer).into()];
     let baseline = [answer.baseline.fitted, answer.baseline.cross_validated];
     let mut rows = vec![Row::new(TOP, first, String::new(), baseline, layout)];
     for step in &answer.steps {
@@ -158,19 +158,9 @@ fn column(
         .flat_map(|row| [of(&row.fitted), of(&row.cross_validated)])
         .fold(1e-6, f64::max);
     let x = Scale::over((0.0, most), (from, to));
-    let (levels, places) = ticks((0.0, most), nice_step(most, 4.0));
     let _ = write!(svg, "<text class=\"q\" x=\"{}\" y=\"14\">{title}</text>", Px(from));
-    for level in levels {
-        let at = x.at(level);
-        let _ = write!(
-            svg,
-            "<path class=\"g\" d=\"M{at} {}V{}\"/><text class=\"tick\" x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-            Px(TOP - 6.0),
-            Px(bottom),
-            Px(bottom + 16.0),
-            number(level, places)
-        );
-    }
+    let columns = ticks((0.0, most), nice_step(most, 4.0));
+    grid_columns(svg, &x, columns, (TOP - 6.0, bottom), bottom + 16.0);
     for (k, row) in rows.iter().enumerate() {
         let class = if k == 0 { 'b' } else { 'a' };
         let (end, fitted) = (x.at(of(&row.cross_validated)), x.at(of(&row.fitted)));

@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `robot.rs` | [`Robot`]: what the robot said last, and what the page wishes |
-//! | `attend.rs` | the session with the robot, in a thread of its own |
+//! | `robot_session.rs` | the session with the robot, in a thread of its own |
 //! | `server.rs` | the page, its telemetry and its wishes over HTTP |
 //! | `assets/` | the page itself |
 //!
@@ -11,10 +11,10 @@
 //! else. A tab that is closed or frozen, a network that is cut and a server that is killed stop the robot alike, a
 //! [lease](host_link::session::LEASE) after the last message.
 
-mod attend;
 mod robot;
+mod robot_session;
 mod server;
 
-pub use attend::attend;
 pub use robot::Robot;
+pub use robot_session::keep_session;
 pub use server::serve;

@@ -23,7 +23,7 @@ use shared_proto::{Command, Config, Fault, MotionEnd, State, Telemetry, WheelPai
 use super::floor::Floor;
 use super::settings;
 use crate::error::{Error, Result};
-use crate::wheel_angles::travel_m;
+use crate::wheel_angles::{for_model, travel_m};
 
 /// Time between two telemetry frames \[ms\].
 const PERIOD_MS: u16 = 5;
@@ -261,7 +261,7 @@ impl<'a> Experiments<'a> {
         let (end, telemetry) = self.apply(session, floor, "break_away", &run).await?;
         if end == MotionEnd::Completed {
             return Err(Error::new(format_args!(
-                "no wheel turned up to {most_v:.1} V: blocked, or a motor without power",
+                "no wheel turned at up to {most_v:.1} V: the wheels are blocked, or the motors have no power",
             ))
             .hint("lift the robot and turn the wheels by hand; check the motors' supply and their driver's enable line"));
         }
@@ -425,8 +425,8 @@ fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecordin
             .map(|(first, now)| now.applied_uvs.wrapping_sub(first.applied_uvs) as f64 * 1e-6);
         Sample {
             t_s: frame.t_us.saturating_sub(first.t_us) as f64 * 1e-6,
-            travel_m: kinematics::WheelPair::new(travel.left, travel.right),
-            applied_vs: kinematics::WheelPair::new(applied.left, applied.right),
+            travel_m: for_model(travel),
+            applied_vs: for_model(applied),
         }
     }))
 }
@@ -435,17 +435,19 @@ fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecordin
 pub fn identify(recordings: &[VoltageRecording]) -> Result<DrivetrainFit> {
     drivetrain::fit(recordings).map_err(|error| match error {
         FitError::TooFew | FitError::NoMotion => no_motion(),
-        FitError::NoConstants => Error::new("no motor answers to voltages as these wheels did")
-            .hint("is somebody holding the robot? is a wheel off the ground, or slipping?"),
+        FitError::NoConstants => {
+            Error::new("these wheels did not respond to the voltages as motors do")
+                .hint("is somebody holding the robot? Is a wheel off the ground, or slipping?")
+        }
     })
 }
 
 fn no_motion() -> Error {
-    Error::new("the wheels hardly turned: their motors cannot be told from their friction")
-        .hint("is the supply on, and strong enough? Is something rubbing?")
+    Error::new("the wheels hardly turned: motor constants cannot be told from friction")
+        .hint("is the supply on, and strong enough? Does something rub?")
 }
 
 fn too_little_floor() -> Error {
     Error::new("the robot has too little floor left for its next experiment")
-        .hint("give it more with --floor, and put it at the beginning of that floor")
+        .hint("give more with --floor, and put the robot at its beginning")
 }

@@ -187,7 +187,7 @@ impl Tuner<'_> {
         }
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
-        if fit.constants.push().is_some_and(|push| !push.held) {
+        if fit.constants.load_disturbance().is_some_and(|push| !push.held) {
             return Err(rolls_by_itself());
         }
 

@@ -92,7 +92,7 @@ pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64)
     let mut tuned = config.clone();
     let model = &fit.constants.value;
     // A push is this floor's: the friction that goes with the robot is the mean.
-    let pushed = fit.constants.push().is_some();
+    let pushed = fit.constants.load_disturbance().is_some();
     let wheel = |motor: &WheelMotor| WheelFeedforward {
         ks_forward_v: if pushed { motor.ks_mean_v() } else { motor.ks_forward_v },
         ks_backward_v: if pushed { motor.ks_mean_v() } else { motor.ks_backward_v },

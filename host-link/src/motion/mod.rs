@@ -13,7 +13,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use shared_proto::{
-    Command, Drive, Event, MotionEnd, MotionError, MotionId, Refusal, State, Telemetry, TravelUnit,
+    Command, Drive, Event, MotionEnd, MotionError, MotionId, Refusal, Telemetry, TravelUnit,
     WheelPair,
 };
 
@@ -24,13 +24,9 @@ pub use self::velocity::{EVERY, Twist, drive_at};
 pub use self::voltage::{VoltageRun, VoltageStep, apply_voltages};
 
 use self::rest::{
-    bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
+    RENEW_EVERY, bring_to_rest, is_moving, leave_as_found, left_at, standing, stop_if_cancelled,
+    wait_for_stop,
 };
-
-/// The host renews a motion this often: of the six renewals in a [`LEASE`], five may be lost;
-/// one fits into the shortest `protection.link_timeout_s`; and a line of
-/// [`BAUD_MIN`](crate::address::BAUD_MIN) carries them.
-const RENEW_EVERY: Duration = Duration::from_millis(30);
 
 /// From the command to the beginning of the recording: enough to send the command seven times.
 const LEAD: Duration = Duration::from_millis(300);
@@ -329,10 +325,6 @@ fn end_us(telemetry: &[Telemetry], start_us: u64) -> Option<u64> {
     // Searched from the end: after the motion no frame shows the robot moving.
     let over = |frame: &&Telemetry| frame.t_us > start_us && !is_moving(frame.state);
     telemetry.iter().rev().take_while(over).last().map(|frame| frame.t_us)
-}
-
-fn is_moving(state: State) -> bool {
-    matches!(state, State::Driving | State::Stopping)
 }
 
 /// Whether an event says that this motion is over.

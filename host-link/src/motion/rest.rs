@@ -1,10 +1,21 @@
 //! How a motion is ended early, and how the robot is brought to standstill.
 
+use std::time::Duration;
+
 use shared_proto::{Command, Refusal, State};
 
-use super::{RENEW_EVERY, is_moving};
 use crate::error::{AfterCancel, Error, Result};
 use crate::session::Session;
+
+/// The host renews a motion this often: of the six renewals in a [`LEASE`](crate::session::LEASE), five may be lost;
+/// one fits into the shortest `protection.link_timeout_s`; and a line of
+/// [`BAUD_MIN`](crate::address::BAUD_MIN) carries them.
+pub(super) const RENEW_EVERY: Duration = Duration::from_millis(30);
+
+/// Whether the robot drives or brakes.
+pub(super) fn is_moving(state: State) -> bool {
+    matches!(state, State::Driving | State::Stopping)
+}
 
 /// An error if the session is cancelled. [`drive_into`](super::drive_into) then brings the robot to
 /// standstill, and replaces the state in the error by the one that it found.

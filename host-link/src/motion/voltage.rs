@@ -4,10 +4,11 @@ use std::time::Duration;
 
 use shared_proto::{Command, Event, MotionEnd, MotionId, State, Telemetry, Voltage, WheelPair};
 
+use super::ends_motion;
+use super::rest::RENEW_EVERY;
 use super::rest::{
     bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
 };
-use super::{RENEW_EVERY, ends_motion};
 use crate::error::{Error, Result};
 use crate::session::Session;
 

@@ -2,17 +2,7 @@
 
 use shared_proto::{Event, Telemetry};
 
-use super::Session;
-
-/// Whose telemetry a session takes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Listening {
-    No,
-    /// What it has requested itself.
-    Subscribed,
-    /// Another host's.
-    Overhearing,
-}
+use super::{Listening, Session};
 
 impl Session {
     /// Takes the telemetry that another host has requested.

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use campaign::model::ModelFile;
+use campaign::words::recording_error;
 use campaign::{CampaignError, RobotFile};
 use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::{Effect, find};
@@ -59,10 +60,10 @@ impl Controller {
         model: &ModelFile,
         target: Target,
     ) -> Result<Self, CampaignError> {
-        let cannot = |why: &dyn std::fmt::Display| {
-            error(folder, why.to_string(), "`beeline compare` says more")
+        let cannot = |why: RecordingError| {
+            error(folder, recording_error(&why), "`beeline compare` says more")
         };
-        let fitted = fitted(campaign, target.effects()).map_err(|why| cannot(&why))?;
+        let fitted = fitted(campaign, target.effects()).map_err(cannot)?;
         let exact = geometry(robot, &fitted);
         let rounded = target.rounded(&exact, robot);
         let speed_mps = mean_speed_mps(campaign);
@@ -80,7 +81,7 @@ impl Controller {
                 per_message(fitted.noise.heading_walk),
             ],
             errors: [fitted.nominal, fitted.errors],
-            cost: cost.map_err(|why| cannot(&why))?,
+            cost: cost.map_err(cannot)?,
         })
     }
 }

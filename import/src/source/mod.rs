@@ -2,8 +2,8 @@
 //!
 //! What is certain is chosen; what is not is asked for, with what there is to choose from.
 
-mod beside;
 mod file;
+mod gyro_and_supply;
 mod offer;
 
 pub use offer::Offer;
@@ -21,7 +21,7 @@ use crate::odometry;
 use crate::text::{self, Mapping};
 use crate::wpilog::{self, is_wpilog};
 use file::{files, is_bag};
-use offer::{of_poses, of_text, of_topic, pairs_of_wheels, wheels_of_topic};
+use offer::{is_same, of_poses, of_text, of_topic, pairs_of_wheels, wheels_of_topic};
 
 /// Parts of hints.
 const BACK: &str = "computed from the wheels alone, they can be computed back: add";
@@ -193,9 +193,9 @@ impl Sources {
         }
         // A gyro in another file than the wheels is on a clock of its own.
         if self.bags().any(|(bag, _)| bag == wheels.file) {
-            let (beside, of_beside) = self.beside(choice)?;
-            wheels.beside = beside;
-            notes.extend(of_beside);
+            let (gyro_and_supply, more_notes) = self.gyro_and_supply(choice)?;
+            wheels.gyro_and_supply = gyro_and_supply;
+            notes.extend(more_notes);
         }
         notes.extend(of_poses);
         notes.extend(self.notes());
@@ -378,10 +378,4 @@ fn topic_of(place: &PosePlace) -> &str {
     match place {
         PosePlace::Topic(topic) | PosePlace::Transform { topic, .. } => topic,
     }
-}
-
-/// Whether two names of topics mean the same, with slashes before their parts or without.
-fn is_same(a: &str, b: &str) -> bool {
-    let plain = |text: &str| text.replace('/', "");
-    plain(a) == plain(b)
 }

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::is_same;
 use crate::bag::{PosePlace, Topic};
 use crate::message::MessageType;
 use crate::text;
@@ -168,4 +167,10 @@ pub(super) fn of_text(file: &Path, logs: &text::TextLogs) -> Vec<Offer> {
     let wheels = logs.wheels.as_ref().map(|log| offer(&log.what, "wheels", log.t_s.len()));
     let poses = logs.poses.as_ref().map(|log| offer(&log.what, "poses", log.poses.len()));
     wheels.into_iter().chain(poses).collect()
+}
+
+/// Whether two names of topics mean the same, with slashes before their parts or without.
+pub(super) fn is_same(a: &str, b: &str) -> bool {
+    let plain = |text: &str| text.replace('/', "");
+    plain(a) == plain(b)
 }

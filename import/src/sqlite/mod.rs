@@ -16,11 +16,9 @@ use std::collections::HashMap;
 use std::io::{self, Read, Seek};
 
 use crate::received::{Channel, Damage, Received};
+pub use pages::MAGIC;
 use pages::Pages;
 use row::{Value, values};
-
-/// What a file begins with.
-pub const MAGIC: &[u8; 16] = b"SQLite format 3\0";
 
 /// Why nothing at all can be read.
 #[derive(Debug)]

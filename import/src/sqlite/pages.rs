@@ -12,9 +12,11 @@
 
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::MAGIC;
 use super::row::varint;
 use crate::received::Damage;
+
+/// What a file begins with.
+pub const MAGIC: &[u8; 16] = b"SQLite format 3\0";
 
 /// The file's own head.
 const HEAD: usize = 100;

@@ -40,7 +40,7 @@ fn parse_mapping(text: &str) -> Result<Mapping, String> {
         None if quantity.units().is_empty() => Err(format!("{name} has no unit")),
         None => {
             let known: Vec<&str> = quantity.units().iter().map(|(name, _)| *name).collect();
-            Err(format!("`{unit}` is no unit of {name}: it may be in {}", known.join(", ")))
+            Err(format!("`{unit}` is not a unit of {name}, which may be in {}", known.join(", ")))
         }
     }
 }

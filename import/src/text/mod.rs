@@ -6,13 +6,13 @@
 //! | `mapping.rs` | [`Mapping`]: which column it is, as the user says; names that many loggers use |
 //! | `columns.rs` | columns that are numbers already |
 //! | `cell.rs`, `scale.rs`, `heading.rs` | a cell as a number; units that nobody gave |
-//! | `held.rs` | poses that stand in a row until the next is measured |
+//! | `held_poses.rs` | poses that stand in a row until the next is measured |
 //! | `read.rs` | [`read`]: a file as wheels and poses |
 
 mod cell;
 mod columns;
 mod heading;
-mod held;
+mod held_poses;
 mod mapping;
 mod quantity;
 mod read;

@@ -10,7 +10,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::cell::number;
 use super::mapping::by_name;
-use super::{Mapping, Quantity, held};
+use super::{Mapping, Quantity, held_poses};
 use crate::log::{Note, Pose3, PoseLog, WheelLog, WheelUnit, error, ordered};
 
 /// What a text file holds: wheels, poses, or both on one clock.
@@ -366,8 +366,8 @@ impl<'a> Table<'a> {
                 Pose3 { t_s: times[row], position_m: [x[row], y[row], height_m], orientation }
             })
             .collect();
-        if self.has_wheels() && held::are_held(&poses) {
-            held::keep_first(&mut poses);
+        if self.has_wheels() && held_poses::are_held(&poses) {
+            held_poses::keep_first(&mut poses);
             let text =
                 "poses stand in each row until the next is measured: the first of each is taken";
             notes.push(Note::new(self.file, text));

@@ -7,11 +7,12 @@
 
 mod hints;
 mod nominal;
-mod together;
+mod speed_alignment;
 
 use std::collections::HashSet;
 use std::path::Path;
 
+use campaign::words::recording_error;
 use campaign::{CampaignError, RobotFile};
 use robot_model::clocks::{self, ClockFound};
 use robot_model::kinematics::WheelPair;
@@ -28,7 +29,7 @@ use crate::plane::{FlatPose, flat};
 use crate::turns;
 pub use hints::Hints;
 use nominal::{in_radians, robot};
-use together::together;
+use speed_alignment::aligned_by_speed;
 
 /// A log, understood.
 #[derive(Clone, Debug)]
@@ -128,7 +129,7 @@ pub fn understand(
     notes.extend(said.map(|said| Note::new(&wheels.file, said)));
     let mut flat = flat(poses);
     notes.extend(flat.said.drain(..).map(|said| Note::new(&poses.file, said)));
-    let (speeds, alignment, said) = together(&mut wheels, poses, &flat.poses, hints)?;
+    let (speeds, alignment, said) = aligned_by_speed(&mut wheels, poses, &flat.poses, hints)?;
     notes.extend(said);
     let are_related = same_clock && alignment.late_s.abs() < DELAY_MAX_S;
     let late_s = if are_related { 0.0 } else { alignment.late_s };
@@ -153,10 +154,10 @@ pub fn understand(
     };
     understood.take_runs(&wheels, &flat.poses, &pieces);
     drop(flat);
-    let WheelLog { file, beside, .. } = wheels;
+    let WheelLog { file, gyro_and_supply, .. } = wheels;
     understood.take_yaw_rates(&yaw_rates);
     understood.finish(&file, &poses.file, are_related)?;
-    understood.take_supply(&beside.supply_v);
+    understood.take_supply(&gyro_and_supply.supply_v);
     Ok(understood)
 }
 
@@ -274,11 +275,11 @@ impl Understood {
             if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
         drop(campaign);
         let (campaign, clocks) =
-            aligned.map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
+            aligned.map_err(|why| error(wheels, recording_error(&why), "record the log again"))?;
         self.clock.add(&clocks, campaign.runs.len());
         for mut recording in campaign.runs {
             let kind = RunKind::of(&robot, &recording)
-                .map_err(|why| error(wheels, why.to_string(), "record the log again"))?;
+                .map_err(|why| error(wheels, recording_error(&why), "record the log again"))?;
             let begins = begun
                 .iter()
                 .find(|(name, _)| *name == recording.name)

@@ -62,7 +62,7 @@ fn what_cannot_be_imported_is_one_error_with_its_file_and_what_to_do() {
         (
             &[("a.mcap", b"no bag")],
             &choice,
-            "this is no MCAP and no SQLite file; give a bag of ROS 2",
+            "this is neither an MCAP nor an SQLite file; give a ROS 2 bag",
         ),
         (
             &[("a.db3.zstd", b"")],

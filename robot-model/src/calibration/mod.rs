@@ -14,6 +14,10 @@ pub mod out_and_back;
 pub mod track_fit;
 pub mod wheel_weight;
 
-pub use out_and_back::{Leg, OutAndBack, Shared, Verdict};
-pub use track_fit::{FitOptions, Track, TrackFit, TrackSample, WheelAngles, fit_track};
-pub use wheel_weight::{Action, Advice, Contribution, Deviation, Experiment, Source, WheelWeight};
+pub use out_and_back::{CurvatureCause, Leg, OutAndBack, Shared};
+pub use track_fit::{
+    FitOptions, Track, TrackFit, TrackFitError, TrackSample, WheelAngles, fit_track,
+};
+pub use wheel_weight::{
+    Action, Advice, Contribution, Deviation, Experiment, Source, WheelWeight, WheelWeightError,
+};

@@ -9,7 +9,7 @@ use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 use super::geometry_fit::{Solution, Tracks};
 use super::relative_geometry::{OFF_BY, RelativeGeometry};
 use super::start_pose_fit::Fit;
-use super::track::{Track, every_few};
+use super::thinned_run::{ThinnedRun, every_few};
 
 /// As many of the runs that are far off, and of the others, are looked at.
 const RUNS: (usize, usize) = (10, 6);
@@ -43,7 +43,7 @@ const AGREE: f64 = 0.9;
 /// What would mend all runs, and the runs with that mended.
 pub(super) struct Found {
     pub(super) hypothesis: DataHypothesis,
-    pub(super) tracks: Vec<Track>,
+    pub(super) tracks: Vec<ThinnedRun>,
     pub(super) solution: Solution,
 }
 
@@ -118,7 +118,7 @@ fn explanations(tracks: &Tracks) -> Vec<DataFault> {
     let gear = tracks.robot.gear_reduction;
     let gear = (!(1.0 / OFF_BY..OFF_BY).contains(&gear)).then_some(gear.max(1.0 / gear));
     let factors = || FACTORS.into_iter().chain(gear).flat_map(|times| [times, 1.0 / times]);
-    let headings = tracks.each.iter().any(Track::has_headings);
+    let headings = tracks.each.iter().any(ThinnedRun::has_headings);
     let mut all = vec![DataFault::WheelsExchanged];
     all.extend(of_axes(headings));
     all.extend(
@@ -200,7 +200,7 @@ pub(super) fn shrunk(what: &DataFault) -> f64 {
 }
 
 /// Whether a run that fits can show this: to shrink everything to a point is no explanation.
-pub(super) fn shows(tracks: &Tracks, track: &Track, what: &DataFault, fit: &Fit) -> bool {
+pub(super) fn shows(tracks: &Tracks, track: &ThinnedRun, what: &DataFault, fit: &Fit) -> bool {
     let count = fit.kept.iter().filter(|kept| **kept).count() as f64;
     match what {
         DataFault::Positions { .. } => fit.by_wheels_m2 > (WENT * tracks.lever_m).powi(2) * count,

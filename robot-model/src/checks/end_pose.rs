@@ -4,7 +4,7 @@ use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::recording::run::PoseMeasurement;
 
-use super::track::Track;
+use super::thinned_run::ThinnedRun;
 
 /// The last pose of a run that lies far from where the wheels led.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub(super) struct End<'a> {
 
 impl<'a> End<'a> {
     /// From the first position of a track to its last pose.
-    pub(super) fn of(track: &'a Track, reckoned: &[Pose]) -> Option<Self> {
+    pub(super) fn of(track: &'a ThinnedRun, reckoned: &[Pose]) -> Option<Self> {
         let first = track.poses.iter().find(|pose| pose.position_m.is_some())?;
         let last = track.poses.last().filter(|pose| pose.t_s > first.t_s)?;
         let within = track.wheels.iter().zip(reckoned);

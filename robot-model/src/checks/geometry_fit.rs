@@ -6,7 +6,7 @@ use crate::recording::run::Robot;
 
 use super::relative_geometry::RelativeGeometry;
 use super::start_pose_fit::{Fit, lateness};
-use super::track::Track;
+use super::thinned_run::ThinnedRun;
 
 /// A run is in order if its error is below this much, plus a share of its size; a run with an error of
 /// [`FAR`] times that is not.
@@ -34,7 +34,7 @@ const RATIOS: [f64; 3] = [0.0, -0.14, 0.14];
 /// Runs, with what they are measured by.
 pub(super) struct Tracks<'a> {
     pub(super) robot: &'a Robot,
-    pub(super) each: Vec<Track>,
+    pub(super) each: Vec<ThinnedRun>,
     pub(super) lever_m: f64,
     /// The error of each run below which it is in order \[m\].
     near_m: Vec<f64>,
@@ -64,7 +64,7 @@ pub(super) fn lever_m(robot: &Robot) -> f64 {
 }
 
 impl<'a> Tracks<'a> {
-    pub(super) fn new(robot: &'a Robot, each: Vec<Track>) -> Self {
+    pub(super) fn new(robot: &'a Robot, each: Vec<ThinnedRun>) -> Self {
         let lever_m = lever_m(robot);
         let near_m = each.iter().map(|track| {
             let turned_m = lever_m * track.turned_rad(robot).min(TURNED_MAX_RAD);
@@ -174,7 +174,7 @@ impl<'a> Tracks<'a> {
     }
 
     fn fits(&self, geometry: &RelativeGeometry, late_s: &[f64]) -> Vec<Fit> {
-        let fit = |(track, late_s): (&Track, &f64)| {
+        let fit = |(track, late_s): (&ThinnedRun, &f64)| {
             Fit::robust(track, &track.reckon(self.robot, geometry), *late_s, self.lever_m)
         };
         self.each.iter().zip(late_s).map(fit).collect()
@@ -260,7 +260,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// The error of one run that was changed, in a given geometry, however late it is; and how late.
-    pub(super) fn error_of(&self, track: &Track, geometry: &RelativeGeometry) -> (Fit, f64) {
+    pub(super) fn error_of(&self, track: &ThinnedRun, geometry: &RelativeGeometry) -> (Fit, f64) {
         let reckoned = track.reckon(self.robot, geometry);
         let late_s = lateness(track, &reckoned, self.lever_m);
         (Fit::robust(track, &reckoned, late_s, self.lever_m), late_s)

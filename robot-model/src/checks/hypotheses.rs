@@ -12,7 +12,7 @@ use super::last_pose::last_poses;
 use super::one_run::one_run;
 use super::relative_geometry::RelativeGeometry;
 use super::start_pose_fit::{Fit, lateness};
-use super::track::Track;
+use super::thinned_run::ThinnedRun;
 use super::tracker;
 
 /// A run that nothing explains is reported from this multiple of the error on that a run in order has, if it has poses
@@ -31,7 +31,7 @@ const HELD: (f64, f64) = (0.4, 0.006);
 pub fn data_hypotheses(robot: &Robot, runs: &[Recording]) -> Vec<DataHypothesis> {
     let events: Vec<Events> = runs.iter().map(|run| Events::of(robot, run)).collect();
     let tracks = |events: &[Events]| {
-        let track = |events: &Events| Track::of(robot, &events.wheels, &events.poses);
+        let track = |events: &Events| ThinnedRun::of(robot, &events.wheels, &events.poses);
         Tracks::new(robot, events.iter().map(track).collect())
     };
     let before = tracks(&events);
@@ -171,7 +171,7 @@ impl Events {
 
     /// Finds what happened to the tracker, by this geometry; whether anything did that mends the run.
     fn find_in_poses(&mut self, robot: &Robot, geometry: &RelativeGeometry) -> bool {
-        let track = Track::of(robot, &self.wheels, &[]).with(&self.poses);
+        let track = ThinnedRun::of(robot, &self.wheels, &[]).with(&self.poses);
         let reckoned = track.reckon(robot, geometry);
         let tracker::Mended { poses, found } = tracker::mended(&track, &reckoned, lever_m(robot));
         if found.is_empty() {
@@ -226,7 +226,7 @@ fn error_m(
     poses: &[PoseMeasurement],
     geometry: &RelativeGeometry,
 ) -> f64 {
-    let track = &Track::of(robot, wheels, &[]).with(poses);
+    let track = &ThinnedRun::of(robot, wheels, &[]).with(poses);
     let reckoned = track.reckon(robot, geometry);
     let lever_m = lever_m(robot);
     let late_s = lateness(track, &reckoned, lever_m);

@@ -18,7 +18,7 @@
 //! | `hypotheses.rs` | [`data_hypotheses`]: everything together |
 //! | `all_runs.rs`, `one_run.rs` | which hypothesis explains all runs, or one |
 //! | `counters.rs`, `tracker.rs` | what happens at a moment: wraps, resets, jumps, repeated values |
-//! | `track.rs`, `start_pose_fit.rs`, `relative_geometry.rs`, `geometry_fit.rs` | a thinned run; its start pose by least squares; a geometry relative to the data sheet; that of all runs |
+//! | `thinned_run.rs`, `start_pose_fit.rs`, `relative_geometry.rs`, `geometry_fit.rs` | a thinned run; its start pose by least squares; a geometry relative to the data sheet; that of all runs |
 //! | `last_pose.rs`, `end_pose.rs` | last poses that were misread |
 //! | `position_outliers.rs` | single positions far from their neighbours |
 //! | `heading_marker.rs` | headings turned by a small angle in all runs |
@@ -43,7 +43,7 @@ mod relative_geometry;
 mod start_pose_fit;
 #[cfg(test)]
 mod tests;
-mod track;
+mod thinned_run;
 mod tracker;
 
 pub use clock::{SlowClock, slow_clock};

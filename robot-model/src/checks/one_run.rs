@@ -5,7 +5,7 @@ use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 use super::geometry_fit::Tracks;
 use super::relative_geometry::RelativeGeometry;
 use super::start_pose_fit::Fit;
-use super::track::Track;
+use super::thinned_run::ThinnedRun;
 
 /// An error is mended if it falls to this share.
 const MENDED: f64 = 1.0 / 3.0;
@@ -61,7 +61,7 @@ pub(super) fn one_run(
 }
 
 /// Everything that may be wrong with one run.
-fn explanations(track: &Track) -> Vec<DataFault> {
+fn explanations(track: &ThinnedRun) -> Vec<DataFault> {
     let mut all = vec![DataFault::WheelsExchanged];
     all.extend(of_axes(track.has_headings()));
     all.extend(

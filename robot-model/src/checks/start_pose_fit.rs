@@ -13,7 +13,7 @@ use crate::kinematics::pose::Pose;
 use crate::numeric::angle::{Direction, wrap};
 use crate::recording::run::PoseMeasurement;
 
-use super::track::Track;
+use super::thinned_run::ThinnedRun;
 
 /// A pose this many times as far off as the median one is an outlier, as long as there are few.
 const OUTLIER_TIMES: f64 = 6.0;
@@ -76,7 +76,7 @@ impl Beside {
 }
 
 /// Each measured pose of a track beside where the wheels led, as if it had been measured `late_s` after its time.
-fn beside(track: &Track, reckoned: &[Pose], late_s: f64) -> Vec<Beside> {
+fn beside(track: &ThinnedRun, reckoned: &[Pose], late_s: f64) -> Vec<Beside> {
     let one = |pose: &PoseMeasurement| Beside::of(pose, &track.at(reckoned, pose.t_s - late_s));
     track.poses.iter().map(one).collect()
 }
@@ -114,13 +114,13 @@ impl Middles {
 impl Fit {
     /// The poses of a track against where its wheels led, as if they had been measured `late_s` after their time;
     /// without outliers.
-    pub(super) fn robust(track: &Track, reckoned: &[Pose], late_s: f64, lever_m: f64) -> Self {
+    pub(super) fn robust(track: &ThinnedRun, reckoned: &[Pose], late_s: f64, lever_m: f64) -> Self {
         Self::without_outliers(beside(track, reckoned, late_s), lever_m)
     }
 
     /// The same with these poses.
     pub(super) fn of(
-        track: &Track,
+        track: &ThinnedRun,
         reckoned: &[Pose],
         late_s: f64,
         lever_m: f64,
@@ -205,7 +205,7 @@ impl Fit {
 }
 
 /// How late the poses are, so that they agree best with the wheels \[s\].
-pub(super) fn lateness(track: &Track, reckoned: &[Pose], lever_m: f64) -> f64 {
+pub(super) fn lateness(track: &ThinnedRun, reckoned: &[Pose], lever_m: f64) -> f64 {
     // With all poses: those of a ramp are what shows it, and would pass for outliers.
     let all = vec![true; track.poses.len()];
     let error = |late_s: f64| Fit::of(track, reckoned, late_s, lever_m, &all).error_m;

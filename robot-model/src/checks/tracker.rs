@@ -7,7 +7,7 @@ use crate::recording::run::PoseMeasurement;
 
 use super::data_fault::DataFault;
 use super::start_pose_fit::{Fit, lateness};
-use super::track::{Track, every_few};
+use super::thinned_run::{ThinnedRun, every_few};
 
 /// Fewer poses do not show what is usual.
 const POSES_MIN: usize = 20;
@@ -37,7 +37,7 @@ pub(super) struct Mended {
 }
 
 /// The poses of a track that has them all, beside where its wheels led.
-pub(super) fn mended(track: &Track, reckoned: &[Pose], lever_m: f64) -> Mended {
+pub(super) fn mended(track: &ThinnedRun, reckoned: &[Pose], lever_m: f64) -> Mended {
     let mut mended = Mended { poses: track.poses.clone(), found: Vec::new() };
     if track.poses.len() >= POSES_MIN {
         mended.without_repeats(track, reckoned);
@@ -67,7 +67,7 @@ fn repeats(poses: &[PoseMeasurement]) -> Vec<(usize, usize)> {
 }
 
 impl Mended {
-    fn without_repeats(&mut self, track: &Track, reckoned: &[Pose]) {
+    fn without_repeats(&mut self, track: &ThinnedRun, reckoned: &[Pose]) {
         let poses = &track.poses;
         let groups = repeats(poses);
         let wheels: Vec<Pose> = poses.iter().map(|pose| track.at(reckoned, pose.t_s)).collect();
@@ -114,7 +114,13 @@ impl Mended {
         self.poses = kept.map(|(pose, _)| *pose).collect();
     }
 
-    fn without_jumps(&mut self, track: &Track, reckoned: &[Pose], late_s: f64, direction_rad: f64) {
+    fn without_jumps(
+        &mut self,
+        track: &ThinnedRun,
+        reckoned: &[Pose],
+        late_s: f64,
+        direction_rad: f64,
+    ) {
         let (sin, cos) = direction_rad.sin_cos();
         let placed: Vec<(usize, [f64; 2], [f64; 2], f64)> = (self.poses.iter().enumerate())
             .filter_map(|(k, pose)| {

@@ -4,7 +4,7 @@
 //! The filter lets the error of dead reckoning grow, so a window's offset comes from where speeds change, and hardly
 //! from errors that grow along the path. By how much windows of a run disagree, its standard errors are widened.
 
-use crate::clocks::ClockFound;
+use super::clock_found::ClockFound;
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Facts, Group, Parameter, View};

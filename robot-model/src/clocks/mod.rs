@@ -12,33 +12,20 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
+//! | `clock_found.rs` | [`ClockFound`]: offset and rate of one run |
 //! | `coarse.rs` | offsets of up to half a minute: the lag at which speeds and turn rates agree |
 //! | `fine.rs` | offset and rate from the filter, window by window of a run |
 
+mod clock_found;
 mod coarse;
 mod fine;
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
+pub use clock_found::ClockFound;
 
 use crate::recording::campaign::{Campaign, Prepared};
 use crate::recording::run::RecordingError;
-
-/// The clock of one run's poses, relative to that of its wheels; equation (1).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ClockFound {
-    /// The run.
-    pub run: String,
-    /// How late the poses are \[s\].
-    pub offset_s: f64,
-    /// Its standard error \[s\].
-    pub offset_sigma_s: f64,
-    /// By which share the poses' clock runs faster than that of the wheels.
-    pub rate: f64,
-    /// Its standard error; zero if the run is too short to tell, and the rate is then taken as zero.
-    pub rate_sigma: f64,
-}
 
 /// A campaign with the times of its poses by the clock of its wheels, prepared for a fit.
 pub(crate) fn prepare(campaign: &Campaign) -> Result<(Prepared, Vec<ClockFound>), RecordingError> {

@@ -1,6 +1,6 @@
 //! A run as a model predicts it, measured with drawn noise: how far off would measurements be if the model were right?
 
-use crate::estimation::predict::Track;
+use crate::estimation::predict::PredictedTrack;
 use crate::kinematics::pose::Pose;
 use crate::numeric::random::Random;
 use crate::recording::campaign::PreparedRun;
@@ -13,7 +13,7 @@ const MEASUREMENTS_MAX: usize = 200;
 /// A predicted run whose measurements are drawn again and again.
 pub(super) struct SimulatedRun<'a> {
     /// As predicted, and as it was last measured.
-    track: Track,
+    track: PredictedTrack,
     noise: &'a OdometryNoise,
     /// For each measurement.
     moments: Vec<Moment>,
@@ -38,7 +38,7 @@ struct Moved {
 
 impl<'a> SimulatedRun<'a> {
     /// Of a run, with its predicted track and this noise.
-    pub fn new(run: &PreparedRun, track: &Track, noise: &'a OdometryNoise) -> Self {
+    pub fn new(run: &PreparedRun, track: &PredictedTrack, noise: &'a OdometryNoise) -> Self {
         let track = thinned(track);
         let mut before: Option<(Pose, usize, f64)> = None;
         let each = track.measured.iter().zip(&track.predicted).zip(&track.step);
@@ -67,7 +67,7 @@ impl<'a> SimulatedRun<'a> {
     }
 
     /// The run, measured with noise drawn anew.
-    pub fn draw(&mut self, random: &mut Random) -> &Track {
+    pub fn draw(&mut self, random: &mut Random) -> &PredictedTrack {
         let noise = self.noise;
         // Error of dead reckoning: in the fixed frame, and of the heading.
         let mut off = [0.0_f64; 3];
@@ -121,11 +121,11 @@ fn three_normals(random: &mut Random) -> [f64; 3] {
 }
 
 /// A track with at most [`MEASUREMENTS_MAX`] measurements, the last among them.
-fn thinned(track: &Track) -> Track {
+fn thinned(track: &PredictedTrack) -> PredictedTrack {
     let count = track.measured.len();
     let every = count.div_ceil(MEASUREMENTS_MAX).max(1);
     let kept: Vec<usize> = (0..count).filter(|k| k % every == 0 || k + 1 == count).collect();
-    Track {
+    PredictedTrack {
         measured: kept.iter().map(|k| track.measured[*k]).collect(),
         predicted: kept.iter().map(|k| track.predicted[*k]).collect(),
         step: kept.iter().map(|k| track.step[*k]).collect(),

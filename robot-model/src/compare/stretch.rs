@@ -14,7 +14,7 @@
 //! random walk since, as is the mean over the path.
 
 use crate::effect::composition::Term;
-use crate::estimation::predict::{Track, open_loop_as_seen};
+use crate::estimation::predict::{PredictedTrack, open_loop_as_seen};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::numeric::parallel;
@@ -75,7 +75,7 @@ impl Drift {
 }
 
 /// The predicted track of each run, from a start with the heading that was measured.
-pub(super) fn tracks(prepared: &Prepared, terms: &[Term<'_>]) -> Vec<Track> {
+pub(super) fn tracks(prepared: &Prepared, terms: &[Term<'_>]) -> Vec<PredictedTrack> {
     parallel::map(&prepared.runs, |run| {
         open_loop_as_seen(&run.motion, &run.recording.measured_poses, terms)
     })
@@ -87,7 +87,7 @@ pub(super) fn tracks(prepared: &Prepared, terms: &[Term<'_>]) -> Vec<Track> {
 pub(super) fn stretches(
     index: usize,
     run: &PreparedRun,
-    track: &Track,
+    track: &PredictedTrack,
     noise: &OdometryNoise,
     label: impl Fn(usize) -> Option<usize>,
 ) -> Vec<(usize, Stretch)> {
@@ -140,7 +140,7 @@ pub(super) fn stretches(
 fn between(
     run: usize,
     steps: &[Step],
-    track: &Track,
+    track: &PredictedTrack,
     rolled: &[f64],
     noise: &OdometryNoise,
     from: usize,

@@ -6,7 +6,7 @@ use super::simulated_run::SimulatedRun;
 use super::stretch::tracks;
 use crate::effect::composition::Term;
 use crate::estimation::predict::open_loop_as_seen;
-use crate::estimation::predict::{PoseError, Track};
+use crate::estimation::predict::{PoseError, PredictedTrack};
 use crate::kinematics::pose::Pose;
 use crate::numeric::parallel;
 use crate::numeric::random::Random;
@@ -151,7 +151,7 @@ pub(super) fn runs(
     noise: &OdometryNoise,
 ) -> Vec<RunCompared> {
     let tracks = tracks(prepared, terms);
-    let both: Vec<(usize, &PreparedRun, &Track)> = prepared
+    let both: Vec<(usize, &PreparedRun, &PredictedTrack)> = prepared
         .runs
         .iter()
         .zip(&tracks)
@@ -166,7 +166,12 @@ fn scales(noise: &OdometryNoise) -> (f64, f64) {
     (position_m, noise.heading_sigma_rad.hypot(noise.heading_wobble_rad))
 }
 
-fn compared(index: usize, run: &PreparedRun, track: &Track, noise: &OdometryNoise) -> RunCompared {
+fn compared(
+    index: usize,
+    run: &PreparedRun,
+    track: &PredictedTrack,
+    noise: &OdometryNoise,
+) -> RunCompared {
     let (position_m, heading_rad) = scales(noise);
     let errors = track.errors(position_m, heading_rad);
     let end = errors.iter().rev().find_map(|error| error.position_m);
@@ -225,7 +230,7 @@ pub(super) fn predicted(
 ) -> Vec<RunPredicted> {
     let (position_m, heading_rad) = scales(noise);
     let tracks = tracks(prepared, terms).into_iter().zip(&prepared.runs);
-    let run = |(track, run): (Track, &PreparedRun)| {
+    let run = |(track, run): (PredictedTrack, &PreparedRun)| {
         let start = track.best_start(position_m, heading_rad).unwrap_or(Pose::ORIGIN);
         RunPredicted {
             run: run.recording.name.clone(),

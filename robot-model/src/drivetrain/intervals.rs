@@ -13,7 +13,8 @@
 //! is t(0.975, df) se.
 
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use crate::numeric::distributions::students_t_quantile;
 
 /// One experiment's share of the normal equations, at the fit.
 pub(super) struct Share {
@@ -58,8 +59,7 @@ impl Intervals {
         let told = self.shares.iter().map(|(gram, _)| (gram * &towards).dot(&towards));
         let (sum, squares) = told.fold((0.0, 0.0), |(sum, squares), w| (sum + w, squares + w * w));
         let degrees = if squares > 0.0 { (sum * sum / squares - 1.0).max(1.0) } else { 1.0 };
-        let quantile = StudentsT::new(0.0, 1.0, degrees).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
-        quantile * variance.sqrt()
+        students_t_quantile(degrees, 0.975) * variance.sqrt()
     }
 }
 

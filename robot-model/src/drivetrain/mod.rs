@@ -28,7 +28,7 @@
 //! | `regression.rs` | a first guess, from differentiated travel |
 //! | `fit.rs` | which constants explain the travel best? |
 //! | `intervals.rs` | how sure are they? |
-//! | `push.rs` | does a slope or a cable push the robot? |
+//! | `load_disturbance.rs` | does a slope or a cable push the robot? |
 //! | `gains.rs` | which gains keep their margin with constants that are 30 % off? |
 //! | `effect/` | which effects may motors have beyond (1)? |
 //! | `missing/` | which of them do these motors have? |
@@ -37,9 +37,9 @@ pub mod effect;
 mod fit;
 mod gains;
 mod intervals;
+mod load_disturbance;
 mod missing;
 mod model;
-mod push;
 mod recording;
 mod regression;
 #[cfg(test)]
@@ -48,12 +48,12 @@ mod tests;
 pub use effect::{MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, MotorRole};
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
+pub use load_disturbance::LoadDisturbance;
 pub use missing::{
     BaselineErrors, EXPERIMENTS_MIN, Estimate, Experiment, ExperimentKind, KnownRobot,
-    MissingError, MotorAnswer, MotorErrors, MotorStep, NextExperiment, Regressor, Remains, Tried,
-    baseline_errors, missing,
+    MissingError, MotorAnswer, MotorErrors, MotorRegressor, MotorStep, MotorUnexplained,
+    NextExperiment, Tried, baseline_errors, missing,
 };
 pub use model::{Drivetrain, WheelMotor};
-pub use push::Push;
 pub use recording::{Sample, VoltageRecording};
 pub use regression::regress;

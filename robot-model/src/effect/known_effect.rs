@@ -1,6 +1,8 @@
 //! An effect by its id: of the catalogue, or a user's own.
 //!
-//! What it does is left to [`super::catalogue`] and [`super::custom`].
+//! What it does is left to [`super::catalogue`] and [`super::custom`]. It is owned, so that what is made of a `model.toml`
+//! borrows from nobody. An effect of the catalogue lives as long as the program; one of the user's own as long as somebody
+//! holds it. What only looks at effects takes `&dyn Effect`.
 
 use core::ops::Deref;
 use std::sync::Arc;

@@ -10,7 +10,7 @@ use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::moved_within_range;
 use crate::estimation::left_out::LeftOut;
 use crate::estimation::normal_equations::Sums;
-use crate::estimation::predict::{Track, open_loop_as_seen};
+use crate::estimation::predict::{PredictedTrack, open_loop_as_seen};
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
@@ -45,12 +45,12 @@ struct Squares {
 }
 
 /// The track of one run.
-fn track(run: &PreparedRun, terms: &[Term<'_>]) -> Track {
+fn track(run: &PreparedRun, terms: &[Term<'_>]) -> PredictedTrack {
     open_loop_as_seen(&run.motion, &run.recording.measured_poses, terms)
 }
 
 /// The squared errors of a track.
-fn squares(track: &Track, noise: &OdometryNoise) -> Squares {
+fn squares(track: &PredictedTrack, noise: &OdometryNoise) -> Squares {
     let mut sum = Squares::default();
     let position_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
     let scale_rad = noise.heading_sigma_rad.hypot(noise.heading_wobble_rad);
@@ -195,8 +195,8 @@ fn left_out(
                 match by_block.is_empty() {
                     true => moved_by(&by_others),
                     false => {
-                        let blocks: Vec<Track> = by_block.iter().map(moved_by).collect();
-                        Track::block_by_block(&blocks, run.motion.steps.len())
+                        let blocks: Vec<PredictedTrack> = by_block.iter().map(moved_by).collect();
+                        PredictedTrack::block_by_block(&blocks, run.motion.steps.len())
                     }
                 }
             }

@@ -10,7 +10,7 @@ use crate::recording::run::PoseMeasurement;
 
 /// A predicted track beside the measured one, at the times of the measurements.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Track {
+pub struct PredictedTrack {
     /// What was measured.
     pub measured: Vec<PoseMeasurement>,
     /// What the model predicts for those times, from a start at the origin.
@@ -35,7 +35,7 @@ pub(crate) fn open_loop(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: Terms<'_, '_>,
-) -> Track {
+) -> PredictedTrack {
     let from = Pose::ORIGIN;
     open_loop_from(from, motion, measurements, terms)
 }
@@ -46,7 +46,7 @@ pub(crate) fn open_loop_as_seen(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: &[Term<'_>],
-) -> Track {
+) -> PredictedTrack {
     let terms = Terms::Fixed(terms);
     let first = within(motion, measurements).next();
     let start = match first.and_then(|first| Some((first.position_m, first.heading_rad?))) {
@@ -69,12 +69,12 @@ pub(crate) fn open_loop_from(
     motion: &Motion,
     measurements: &[PoseMeasurement],
     terms: Terms<'_, '_>,
-) -> Track {
+) -> PredictedTrack {
     let mut composer = Composer::without_derivatives(terms);
     let (view, _) = composer.view();
     let [ahead_m, left_m] = view.offset_m.map(|jet| jet.value);
     let delay_s = view.delay_s.value;
-    let mut track = Track::default();
+    let mut track = PredictedTrack::default();
     let mut pose = start;
     let mut begin_s = motion.start_s;
     let mut measurements = within(motion, measurements).peekable();
@@ -101,7 +101,7 @@ pub(crate) fn open_loop_from(
     track
 }
 
-impl Track {
+impl PredictedTrack {
     /// A track that moves from measurement to measurement as one of these does, which are of the same measurements: as
     /// that of the block of its step, in a run that is cut into as many blocks of equal length.
     pub(crate) fn block_by_block(blocks: &[Self], steps: usize) -> Self {

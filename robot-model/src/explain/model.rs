@@ -45,12 +45,12 @@ pub struct ModelEffect {
     /// Its parameters.
     pub parameters: Vec<ParameterFound>,
     /// The evidence for it, given all others.
-    pub verdict: Verdict,
+    pub verdict: EffectVerdict,
 }
 
 /// The evidence for an effect, given all others of a model.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct EffectVerdict {
     /// Probability of at least as much gain by chance.
     pub p_value: f64,
     /// Cross-validated: by how much -2 log likelihood falls.
@@ -69,7 +69,7 @@ pub struct Verdict {
     pub lacking: Option<Need>,
 }
 
-impl Verdict {
+impl EffectVerdict {
     /// Whether its cross-validated gain is more than chance gives, and nothing speaks against it.
     pub fn better(&self) -> bool {
         self.p_value < CHANCE
@@ -114,7 +114,7 @@ impl ModelFitter {
                 ModelEffect {
                     effect: id.to_owned(),
                     parameters: parameters(prepared, &fitted, index, test.dispersion),
-                    verdict: Verdict {
+                    verdict: EffectVerdict {
                         p_value: test.p_value,
                         cross_validated_gain: test.cross_validated_gain,
                         dispersion: test.dispersion,

@@ -58,12 +58,12 @@ impl Geometry {
         ];
         for (name, value) in positive {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(GeometryError { name, value, rule: "must be above zero" });
+                return Err(GeometryError { name, value, limit: Limit::AboveZero });
             }
         }
         for (name, value) in not_negative {
             if !(value >= 0.0 && value.is_finite()) {
-                return Err(GeometryError { name, value, rule: "must not be negative" });
+                return Err(GeometryError { name, value, limit: Limit::NotNegative });
             }
         }
         Ok(())
@@ -78,18 +78,21 @@ pub struct GeometryError {
     /// The value refused.
     pub value: f64,
     /// What it must be.
-    pub rule: &'static str,
+    pub limit: Limit,
+}
+
+/// What a number of the geometry must be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// Above zero.
+    AboveZero,
+    /// Zero or more.
+    NotNegative,
 }
 
 impl fmt::Display for GeometryError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        // 1e300, and not a one with three hundred zeros.
-        match self.value {
-            value if value.abs() >= 1e15 && value.is_finite() => {
-                write!(f, "the {} is {value:e}: it {}", self.name, self.rule)
-            }
-            value => write!(f, "the {} is {value}: it {}", self.name, self.rule),
-        }
+        write!(f, "{self:?}")
     }
 }
 

@@ -13,6 +13,6 @@ pub(crate) mod geometry;
 pub(crate) mod pose;
 pub(crate) mod wheel_pair;
 
-pub use geometry::{Geometry, GeometryError};
+pub use geometry::{Geometry, GeometryError, Limit};
 pub use pose::{Pose, dead_reckon};
 pub use wheel_pair::WheelPair;

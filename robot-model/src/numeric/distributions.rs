@@ -1,6 +1,8 @@
 //! Distributions: how probable is at least this much by chance, and how wide is a 95 % interval?
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::beta::beta_reg;
+use statrs::function::erf::erfc;
 use statrs::function::gamma::gamma_ur;
 
 /// Half the width of a 95 % interval, in sigmas of a normal distribution.
@@ -25,6 +27,16 @@ pub(crate) fn fisher(freedom: usize, known_from: f64, x: f64) -> f64 {
         return 1.0;
     }
     beta_reg(known_from / 2.0, freedom as f64 / 2.0, known_from / (known_from + x)).clamp(0.0, 1.0)
+}
+
+/// Probability that a normal deviate exceeds `x` sigmas.
+pub(crate) fn normal_tail(x: f64) -> f64 {
+    erfc(x / core::f64::consts::SQRT_2) / 2.0
+}
+
+/// The value that Student's t with so many degrees of freedom, above zero, stays below with this probability.
+pub fn students_t_quantile(freedom: f64, probability: f64) -> f64 {
+    StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
 }
 
 /// Wilcoxon's signed-rank test: the probability that differences which are symmetric about zero have a sum of positive
@@ -88,6 +100,14 @@ mod tests {
         // The square of a huge residual.
         assert_eq!((chi_squared(4, f64::INFINITY), fisher(4, 9.0, f64::INFINITY)), (0.0, 0.0));
         assert_eq!(chi_squared(3, 0.0), 1.0);
+    }
+
+    #[test]
+    fn the_normal_tail_is_that_of_the_tables() {
+        // 1.959964 sigmas are passed in 2.5 %, and 3 in 0.1349898 %; to their digits.
+        assert!((normal_tail(SIGMAS_95) - 0.025).abs() < 1e-7);
+        assert!((normal_tail(3.0) - 0.001_349_898).abs() < 1e-9);
+        assert!((normal_tail(-1.0) + normal_tail(1.0) - 1.0).abs() < 1e-15);
     }
 
     #[test]

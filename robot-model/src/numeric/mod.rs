@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `jet.rs` | [`Jet`]: a value with its derivatives by an effect's parameters |
 //! | `angle.rs` | wrapping of angles, sin(x) / x |
-//! | `distributions.rs` | tails of chi-squared and F, false discovery rates, half widths of 95 % intervals |
+//! | `distributions.rs` | tails of the normal distribution, chi-squared and F, quantiles of Student's t, false discovery rates, half widths of 95 % intervals |
 //! | `lanes.rs` | several numbers that go through the same arithmetic at once |
 //! | `median.rs` | the median |
 //! | `mixed_model.rs` | least squares with fixed and random unknowns (Henderson) |
@@ -20,4 +20,5 @@ pub(crate) mod mixed_model;
 pub(crate) mod parallel;
 pub(crate) mod random;
 
+pub use distributions::students_t_quantile;
 pub use jet::{Jet, PARAMETERS_MAX};

@@ -108,24 +108,9 @@ pub enum RecordingProblem {
     TimeNotIncreasing,
 }
 
-impl fmt::Display for RecordingProblem {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::NoRuns => "the campaign has no runs",
-            Self::AllHeldOut => "all runs are held out, so none is left to fit",
-            Self::TooFewSamples => "fewer than two samples of the encoders",
-            Self::NotFinite => "a number that is not finite",
-            Self::TimeNotIncreasing => "time does not increase",
-        })
-    }
-}
-
 impl fmt::Display for RecordingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.problem {
-            RecordingProblem::NoRuns | RecordingProblem::AllHeldOut => self.problem.fmt(f),
-            _ => write!(f, "run {}: {}", self.run, self.problem),
-        }
+        write!(f, "{self:?}")
     }
 }
 

@@ -15,13 +15,13 @@ use host_cli::pose_source::camera::Camera;
 use host_link::session::Session;
 use robot_model::explain::Answer;
 use robot_model::explain::explain;
-use sim_target::{Lab, Options, Scenario, SimTarget};
+use sim_target::{Options, Scenario, SimTarget, Testbed};
 use tempfile::TempDir;
 
 /// A user with a robot and a campaign folder.
 pub struct User {
     session: Session,
-    lab: Lab,
+    testbed: Testbed,
     target: SimTarget,
     temp: TempDir,
 }
@@ -31,12 +31,12 @@ impl User {
     pub fn with(scenario: &Scenario) -> Self {
         scenario.validate().expect("a physical robot");
         let mut target = SimTarget::new(scenario, Options::default()).expect("no flash file");
-        let lab = target.lab();
+        let testbed = target.testbed();
         let mut session = sim_link::session(&target.host_wire(), 1, "sim");
         let opened = target.run(future::or(session.open(), std::future::pending()));
         opened.expect("the simulated robot answers");
         let temp = tempfile::tempdir().expect("a folder for the campaign");
-        Self { session, lab, target, temp }
+        Self { session, testbed, target, temp }
     }
 
     fn folder(&self) -> PathBuf {
@@ -62,7 +62,7 @@ impl User {
         let settings =
             RecordSettings { period_ms: PERIOD_MS, whole, later_s, ..RecordSettings::default() };
         let (session, folder) = (&mut self.session, self.temp.path().join("robot"));
-        let mut camera = Camera::new(self.lab.clone());
+        let mut camera = Camera::new(self.testbed.clone());
         let mut tell = |_: RecordStep<'_>| ();
         let procedure = record_campaign(session, &mut camera, plan, &folder, &settings, &mut tell);
         let summary = self.target.run(future::or(procedure, std::future::pending()));
@@ -80,7 +80,7 @@ impl User {
             undo_folder: None,
         };
         let session = &mut self.session;
-        let mut camera = Camera::new(self.lab.clone());
+        let mut camera = Camera::new(self.testbed.clone());
         let procedure = async {
             let before = session.read_config().await?;
             let outcome = umbmark(session, &mut camera, &settings, &mut |_| ()).await?;

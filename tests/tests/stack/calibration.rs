@@ -1,7 +1,7 @@
 //! Does a calibration make robots drive straight, and is its uncertainty right?
 
 use beeline_tests::calibration::{
-    Instrument, Verdict, quartiles, verdict_on_scenario, verdicts_on,
+    CalibrationOutcome, Instrument, quartiles, verdict_on_scenario, verdicts_on,
 };
 use beeline_tests::robot::on_robot;
 use host_cli::calibrate::{CalibrateStep, Settings, calibrate};
@@ -12,7 +12,7 @@ use sim_target::Scenario;
 /// The first 60 of the 200 robots of the benchmark.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=60;
 
-fn verdicts(instrument: Instrument) -> Vec<Verdict> {
+fn verdicts(instrument: Instrument) -> Vec<CalibrationOutcome> {
     let seeds: Vec<u64> = SEEDS.collect();
     let results = verdicts_on(&seeds, instrument);
     let named = seeds.iter().zip(results);
@@ -22,7 +22,7 @@ fn verdicts(instrument: Instrument) -> Vec<Verdict> {
 #[test]
 fn with_the_camera_the_lateral_error_falls_twentyfold_in_the_median() {
     let verdicts = verdicts(Instrument::Camera);
-    let factors: Vec<f64> = verdicts.iter().map(Verdict::factor).collect();
+    let factors: Vec<f64> = verdicts.iter().map(CalibrationOutcome::factor).collect();
     let [_, median, _] = quartiles(&factors);
     println!("median factor {median:.1}");
     // Too good fails too: a millimetre of camera noise leaves half a millimetre of some 30 mm.
@@ -31,8 +31,8 @@ fn with_the_camera_the_lateral_error_falls_twentyfold_in_the_median() {
 }
 
 /// An rms of 1, within 4 standard deviations of that of 60 draws, 0.09 each.
-fn the_printed_sigma_is_the_errors(verdicts: &[Verdict]) {
-    let errors: Vec<f64> = verdicts.iter().map(Verdict::error_sigmas).collect();
+fn the_printed_sigma_is_the_errors(verdicts: &[CalibrationOutcome]) {
+    let errors: Vec<f64> = verdicts.iter().map(CalibrationOutcome::error_sigmas).collect();
     let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
     println!("errors of {rms:.2} sigma");
     assert!((0.64..1.36).contains(&rms), "errors of {rms} sigma");
@@ -66,11 +66,11 @@ fn a_robot_that_cannot_save_keeps_its_wheel_weight_and_the_host_remembers_nothin
     let settings =
         Settings { undo_folder: Some(folder.path().join("state")), ..Settings::default() };
     on_robot(&Scenario::draw(1), async |robot| {
-        let lab = robot.lab.clone();
-        let mut instrument = Camera::new(lab.clone());
+        let testbed = robot.testbed.clone();
+        let mut instrument = Camera::new(testbed.clone());
         let mut tell = |step: CalibrateStep<'_>| {
             if let CalibrateStep::Written(_) = step {
-                lab.write_protect_flash(true);
+                testbed.write_protect_flash(true);
             }
         };
         let before = robot.session.read_config().await.unwrap();

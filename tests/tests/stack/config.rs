@@ -47,18 +47,18 @@ fn written_is_in_use_saved_survives_and_factory_comes_back() {
 fn a_flash_that_cannot_be_written_keeps_what_it_had() {
     let config = Some(with_wheel_weight(0.99));
     on_robot_with(&Scenario::default(), Options { config, ..Options::default() }, async |robot| {
-        let content = robot.lab.flash_content();
+        let content = robot.testbed.flash_content();
         robot.session.write_config(&with_wheel_weight(1.01)).await.expect("valid");
-        robot.lab.write_protect_flash(true);
+        robot.testbed.write_protect_flash(true);
         assert_eq!(robot.ask(Command::SaveConfig).await, Err(Refusal::Store));
-        assert_eq!(robot.lab.flash_content(), content);
+        assert_eq!(robot.testbed.flash_content(), content);
         let session = &mut robot.session;
         // The written configuration is still in use, and reported as unsaved.
         assert!(session.identify().await.expect("it answers").unsaved);
         assert_eq!(session.read_config().await.expect("there").geometry.wheel_weight, 1.01);
         let saved = session.restore_config(ConfigOrigin::Saved).await.expect("there");
         assert_eq!(saved.geometry.wheel_weight, 0.99);
-        robot.lab.write_protect_flash(false);
+        robot.testbed.write_protect_flash(false);
         robot.tell(Command::SaveConfig).await;
     });
 }
@@ -127,7 +127,7 @@ fn saving_is_refused_while_armed_and_writing_while_driving() {
             assert_eq!(robot.ask(Command::RestoreConfig(origin)).await, driving);
         }
         assert_eq!(robot.tell(Command::ReadConfig).await, Answer::Config(Config::default()));
-        assert_eq!(robot.lab.flash_content(), None);
+        assert_eq!(robot.testbed.flash_content(), None);
     });
 }
 

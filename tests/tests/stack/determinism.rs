@@ -4,7 +4,7 @@ use beeline_tests::robot::on_robot;
 use host_link::motion::{self, Motion, RecordOptions};
 use shared_proto::{Encoder, Hello, WheelPair};
 use sim_target::plant::PlantFault;
-use sim_target::{HostWire, Lab, Options, Scenario, SimTarget};
+use sim_target::{HostWire, Options, Scenario, SimTarget, Testbed};
 
 const RUN: Motion = Motion { distance: WheelPair::both(1.0), acceleration: 0.5, ..Motion::PAPER };
 
@@ -20,7 +20,7 @@ fn recording(seed: u64) -> Vec<u8> {
             bytes.extend_from_slice(&encoder.message(telemetry));
         }
         assert!(run.telemetry.len() > 300, "{} frames", run.telemetry.len());
-        for sample in robot.lab.camera_samples() {
+        for sample in robot.testbed.camera_samples() {
             for value in [sample.t_s, sample.x_m, sample.y_m, sample.heading_rad] {
                 bytes.extend_from_slice(&value.to_bits().to_le_bytes());
             }
@@ -48,16 +48,16 @@ fn robots_on_several_threads_do_not_see_each_other() {
 }
 
 /// What is left of a robot after its simulation.
-fn ghost() -> (Lab, HostWire) {
+fn ghost() -> (Testbed, HostWire) {
     let mut target = SimTarget::new(&Scenario::default(), Options::default()).expect("no file");
     target.run_until_us(100_000);
-    (target.lab(), target.host_wire())
+    (target.testbed(), target.host_wire())
 }
 
 #[test]
 fn what_outlives_a_robot_wakes_nobody() {
-    let (lab, wire) = ghost();
-    lab.inject(PlantFault::EmergencyStop);
+    let (testbed, wire) = ghost();
+    testbed.inject(PlantFault::EmergencyStop);
     wire.write_now(&Encoder::new().hello(Hello::of_this_build(1)));
     let mut buffer = [0; 64];
     assert_eq!(wire.read_now(&mut buffer), 0, "nobody answers");

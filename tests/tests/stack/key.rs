@@ -175,7 +175,7 @@ fn every_frame_of_a_drive_sent_again_moves_and_stops_nothing_now_later_and_after
                 "the same session" => {}
                 "the next session" => drop(robot.another_host(3).await),
                 "after a restart" => {
-                    robot.lab.restart_controller();
+                    robot.testbed.restart_controller();
                     sleep_until_us(now_us() + 100_000).await;
                     drop(robot.another_host(4).await);
                 }

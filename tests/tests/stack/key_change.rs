@@ -14,16 +14,16 @@ fn a_key_is_set_changed_and_cleared_only_disarmed_and_by_who_holds_it_and_stays_
         let armed = robot.ask(Command::SetKey { key: Some(KEY) }).await;
         assert_eq!(armed, Err(Refusal::State(State::Armed)));
         robot.tell(Command::Disarm).await;
-        robot.lab.write_protect_flash(true);
+        robot.testbed.write_protect_flash(true);
         assert_eq!(robot.ask(Command::SetKey { key: Some(KEY) }).await, Err(Refusal::Store));
-        robot.lab.write_protect_flash(false);
+        robot.testbed.write_protect_flash(false);
         let mut before = robot.another_host(2).await;
         robot.session.set_key(Some(KEY), own_secret(2)).await.expect("there was none");
         robot.tell(Command::Arm { take: false }).await;
         robot.tell(Command::Disarm).await;
         assert!(before.status().await.is_err(), "a session of before has ended");
         for number in 3..6 {
-            robot.lab.restart_controller();
+            robot.testbed.restart_controller();
             sleep_until_us(now_us() + 100_000).await;
             let mut stranger = sim_link::session(&robot.wire, number, "sim");
             assert!(matches!(stranger.open().await, Err(Error::KeyNeeded { .. })));
@@ -50,7 +50,7 @@ fn no_challenge_comes_twice_whatever_restarts_and_a_robot_that_cannot_count_lets
         let mut decoder = Decoder::new();
         for number in 100..160 {
             if number % 3 == 0 {
-                robot.lab.restart_controller();
+                robot.testbed.restart_controller();
                 sleep_until_us(now_us() + 60_000).await;
             }
             let hello = Encoder::new().hello(Hello::of_this_build(number));
@@ -63,8 +63,8 @@ fn no_challenge_comes_twice_whatever_restarts_and_a_robot_that_cannot_count_lets
         challenges.sort_unstable();
         challenges.dedup();
         assert_eq!(challenges.len(), count);
-        robot.lab.write_protect_flash(true);
-        robot.lab.restart_controller();
+        robot.testbed.write_protect_flash(true);
+        robot.testbed.restart_controller();
         sleep_until_us(now_us() + 60_000).await;
         assert!(matches!(
             robot.session.open().await,

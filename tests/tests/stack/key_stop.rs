@@ -73,7 +73,7 @@ fn a_holder_of_the_key_stops_the_robot_within_100_ms_from_a_fresh_connection_und
 fn after_a_restart_a_stop_from_an_open_session_and_from_a_fresh_one_takes_under_100_ms() {
     on_robot_with(&Scenario::default(), with_key(), async |robot| {
         for fresh in [false, true] {
-            robot.lab.restart_controller();
+            robot.testbed.restart_controller();
             sleep_until_us(now_us() + 60_000).await;
             let mut host = sim_link::session(&robot.wire, 30, "sim");
             host.use_key(KEY, own_secret(30));

@@ -12,7 +12,7 @@ fn a_fault_says_how_the_wheels_were_just_before_the_motors_went_off() {
     // Raised by the control tick itself: the wheel that is held lags, and is driven harder.
     on_robot(&Scenario::default(), async |robot| {
         let id = robot.cruise(&AHEAD, 2.0).await;
-        robot.lab.inject(PlantFault::EncoderUnplugged(Wheel::Left));
+        robot.testbed.inject(PlantFault::EncoderUnplugged(Wheel::Left));
         robot.renew(id, 0.3).await;
         let report = robot.fault().await.expect("named");
         assert_eq!(report.fault, Fault::EncoderDead(Wheel::Left));
@@ -39,9 +39,9 @@ fn a_fault_says_how_the_wheels_were_just_before_the_motors_went_off() {
 fn a_fault_is_never_cleared_by_itself_and_forbids_arming_and_driving() {
     on_robot(&Scenario::default(), async |robot| {
         let id = robot.cruise(&AHEAD, 1.5).await;
-        robot.lab.inject(PlantFault::EncoderUnplugged(Wheel::Left));
+        robot.testbed.inject(PlantFault::EncoderUnplugged(Wheel::Left));
         robot.renew(id, 0.3).await;
-        robot.lab.mend(PlantFault::EncoderUnplugged(Wheel::Left));
+        robot.testbed.mend(PlantFault::EncoderUnplugged(Wheel::Left));
         let report = robot.fault().await.expect("latched");
         let off_us = now_us();
         robot.listen(60.0).await;
@@ -85,13 +85,13 @@ fn clearing_is_refused_while_the_cause_remains() {
     for &(name, fault, expected) in ROBOT_FAULTS {
         on_robot(&Scenario::default(), async |robot| {
             let id = robot.cruise(&AHEAD, 1.5).await;
-            robot.lab.inject(fault);
+            robot.testbed.inject(fault);
             robot.renew(id, 0.3).await;
             let report = robot.fault().await.expect(name);
             let clear = Command::ClearFault { number: report.number };
             assert_eq!(robot.ask(clear.clone()).await, Err(Refusal::CauseRemains), "{name}");
             assert_eq!(robot.fault().await.map(|r| r.fault), Some(expected), "{name}");
-            robot.lab.mend(fault);
+            robot.testbed.mend(fault);
             robot.listen(0.01).await;
             assert_eq!(robot.fault().await.map(|r| r.fault), Some(expected), "{name}");
             robot.tell(clear).await;
@@ -104,7 +104,7 @@ fn clearing_is_refused_while_the_cause_remains() {
 fn a_robot_that_must_not_drive_does_not_even_arm() {
     for &(name, fault, expected) in ROBOT_FAULTS {
         on_robot(&Scenario::default(), async |robot| {
-            robot.lab.inject(fault);
+            robot.testbed.inject(fault);
             robot.listen(0.05).await;
             match robot.ask(Command::Arm { take: false }).await {
                 Err(Refusal::Faulted(report)) => assert_eq!(report.fault, expected, "{name}"),

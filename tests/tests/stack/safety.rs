@@ -118,7 +118,7 @@ fn break_at_cruise(case: String, motion: &Motion, phase_us: u64, fault: PlantFau
         let id = robot.cruise(motion, 2.0 + phase_us as f64 * 1e-6).await;
         let event_us = now_us();
         assert!(robot.snapshot().is_powered(), "{case}: it drives");
-        robot.lab.inject(fault);
+        robot.testbed.inject(fault);
         robot.renew(id, 0.5).await;
         let report = robot.fault().await.unwrap_or_else(|| panic!("{case}: no fault"));
         assert_eq!(robot.state().await, State::Faulted, "{case}");
@@ -181,7 +181,7 @@ fn broken_from_the_start(
     expected: &[Fault],
 ) -> f64 {
     on_robot(&Scenario::default(), async |robot| {
-        robot.lab.inject(fault);
+        robot.testbed.inject(fault);
         // A hand needs a moment to close.
         robot.listen(0.1).await;
         let (start, start_us) = (robot.snapshot(), now_us());
@@ -254,7 +254,7 @@ fn a_second_fault_during_the_controlled_stop_cuts_the_motors_and_is_counted() {
         sim_target::sleep_until_us(now_us() + 300_000).await;
         let event_us = now_us();
         assert!(robot.snapshot().is_powered());
-        robot.lab.inject(PlantFault::EmergencyStop);
+        robot.testbed.inject(PlantFault::EmergencyStop);
         sim_target::sleep_until_us(event_us + 1_000_000).await;
         let off_us = robot.last_powered_us(event_us).unwrap_or(event_us) - event_us;
         assert!(off_us <= 2_000, "{off_us}");
@@ -287,7 +287,7 @@ fn a_late_control_tick_is_a_fault_and_cuts_the_motors() {
     on_robot(&Scenario::default(), async |robot| {
         let id = robot.cruise(&AHEAD, 2.0).await;
         let event_us = now_us();
-        robot.lab.stall_cpu(3_000);
+        robot.testbed.stall_cpu(3_000);
         robot.renew(id, 0.3).await;
         let report = robot.fault().await.expect("named");
         assert_eq!(report.fault, Fault::DeadlineMissed);

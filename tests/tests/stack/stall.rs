@@ -19,7 +19,7 @@ fn after_a_stall_at_rest_the_robot_arms_and_drives() {
     for stall_us in STALLS_US {
         on_robot(&Scenario::default(), async |robot| {
             robot.listen(0.0123).await;
-            robot.lab.stall_cpu(stall_us);
+            robot.testbed.stall_cpu(stall_us);
             robot.listen(0.05).await;
             drives(robot, stall_us).await;
             let status = robot.session.status().await.unwrap();
@@ -38,7 +38,7 @@ fn a_stall_with_the_motors_on_is_a_fault_that_clears_and_does_not_come_back() {
         on_robot(&Scenario::default(), async |robot| {
             let motion = meters(1.0, 1.0, 0.2, 0.5);
             let id = robot.cruise(&motion, 1.0).await;
-            robot.lab.stall_cpu(stall_us);
+            robot.testbed.stall_cpu(stall_us);
             robot.renew(id, 0.1).await;
             let report = robot.fault().await.expect("named");
             assert_eq!(report.fault, Fault::DeadlineMissed, "{stall_us} us");

@@ -42,7 +42,7 @@ fn a_task_that_stops_while_the_host_renews_restarts_the_robot_as_well() {
         on_robot(&Scenario::default(), async |robot| {
             let id = robot.cruise(&AHEAD, 2.0).await;
             let event_us = now_us();
-            robot.lab.stop_task(task);
+            robot.testbed.stop_task(task);
             while now_us() < event_us + RESTART_US_MAX {
                 robot.session.post(Command::Renew { motion: id }).await.unwrap();
                 sleep_until_us(now_us() + 20_000).await;
@@ -66,7 +66,7 @@ fn without_guard_and_watchdog_the_control_tick_itself_stops_a_robot_whose_superv
             let mut config = Config::default();
             config.protection.link_timeout_s = link_timeout_s;
             robot.tell(Command::WriteConfig(config)).await;
-            robot.lab.remove_guard();
+            robot.testbed.remove_guard();
             let off_us = stop_one_and_fall_silent(robot, RobotTask::Supervisor).await;
             println!("the control tick alone: zero duty after {} ms", off_us as f64 * 1e-3);
             assert!(off_us <= SILENT_US_MAX, "{off_us} us");
@@ -80,9 +80,9 @@ fn the_control_tick_names_what_it_stopped() {
     // Whoever looks before the restart sees the fault: here the telemetry's state cannot change any more,
     // so the fault is read when the supervisor runs again.
     on_robot(&Scenario::default(), async |robot| {
-        robot.lab.remove_guard();
+        robot.testbed.remove_guard();
         stop_one_and_fall_silent(robot, RobotTask::Supervisor).await;
-        robot.lab.resume_tasks();
+        robot.testbed.resume_tasks();
         robot.listen(0.05).await;
         let report = robot.fault().await.expect("latched");
         assert_eq!(report.fault, Fault::Unsupervised);
@@ -97,7 +97,7 @@ async fn stop_one_and_fall_silent(robot: &mut Robot, task: RobotTask) -> u64 {
     robot.session.post(Command::Renew { motion: id }).await.unwrap();
     robot.listen(0.001).await;
     let event_us = now_us();
-    robot.lab.stop_task(task);
+    robot.testbed.stop_task(task);
     sleep_until_us(event_us + 3_000_000).await;
     robot.last_powered_us(event_us).unwrap_or(event_us) - event_us
 }

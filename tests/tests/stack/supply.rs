@@ -64,7 +64,7 @@ fn a_supply_that_is_too_high_stops_the_motors_within_10_ms_and_refuses_to_arm() 
     on_robot(&on_supply(12.0), async |robot| {
         robot.cruise(&meters(2.0, 2.0, 0.3, 0.5), 1.5).await;
         let from_us = robot.snapshot().t_us;
-        robot.lab.inject(PlantFault::SupplyDip { volts: -8.0 });
+        robot.testbed.inject(PlantFault::SupplyDip { volts: -8.0 });
         robot.listen(0.2).await;
         let report = robot.fault().await.expect("a fault");
         assert_eq!(report.fault, Fault::SupplyHigh);
@@ -82,7 +82,7 @@ fn a_supply_that_is_too_high_stops_the_motors_within_10_ms_and_refuses_to_arm() 
 fn the_check_of_an_unplugged_encoder_ends_within_10_mm_at_any_supply() {
     for supply_v in [9.5, 12.0, 18.0] {
         on_robot(&on_supply(supply_v), async |robot| {
-            robot.lab.inject(PlantFault::EncoderUnplugged(Wheel::Left));
+            robot.testbed.inject(PlantFault::EncoderUnplugged(Wheel::Left));
             robot.listen(0.05).await;
             let start = robot.snapshot();
             robot.cruise(&meters(0.1, 0.1, 0.1, 0.5), 1.5).await;

@@ -205,7 +205,7 @@ fn a_dead_host_a_stop_and_the_emergency_stop_end_a_voltage_in_time() {
 #[test]
 fn the_encoder_check_comes_first() {
     on_robot(&Scenario::default(), async |robot| {
-        robot.lab.inject(PlantFault::EncoderReversed(Wheel::Right));
+        robot.testbed.inject(PlantFault::EncoderReversed(Wheel::Right));
         let start = robot.snapshot();
         let error =
             apply_voltages(&mut robot.session, &run(&[(3.0, 3.0)], 1.0), &mut Vec::new()).await;

@@ -111,7 +111,7 @@ impl Wiring {
 fn drive(wiring: Wiring, motion: &Motion) -> (Option<Fault>, f64) {
     on_robot(&Scenario::default(), async |robot| {
         for fault in wiring.faults() {
-            robot.lab.inject(fault);
+            robot.testbed.inject(fault);
         }
         robot.listen(0.05).await;
         let (start, start_us) = (robot.snapshot(), now_us());
@@ -218,7 +218,7 @@ fn with_those_motors_too_a_dead_encoder_is_named_before_10_mm() {
     for (name, motor) in motors() {
         for wheel in Wheel::BOTH {
             on_robot(&with_motor(&motor), async |robot| {
-                robot.lab.inject(PlantFault::EncoderUnplugged(wheel));
+                robot.testbed.inject(PlantFault::EncoderUnplugged(wheel));
                 let (start, start_us) = (robot.snapshot(), now_us());
                 robot.cruise(&meters(0.5, 0.5, 0.1, 0.5), 3.0).await;
                 let fault = robot.fault().await.map(|report| report.fault);
@@ -274,7 +274,7 @@ fn moves_after_exchange_m(
     on_robot(scenario, async |robot| {
         let id = robot.cruise(&meters(0.05, 0.05, 0.2, 0.5), 0.1).await;
         robot.finish(id).await;
-        robot.lab.inject(exchanged);
+        robot.testbed.inject(exchanged);
         robot.listen(0.1).await;
         let (start, start_us) = (robot.snapshot(), now_us());
         robot.cruise(motion, 2.0).await;

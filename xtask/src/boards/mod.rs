@@ -9,50 +9,10 @@ use std::path::PathBuf;
 use crate::repository::root;
 use crate::steps::Outcome;
 
+mod board;
 mod picture;
 
-/// What a line is for.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Role {
-    LeftEncoderA,
-    LeftEncoderB,
-    RightEncoderA,
-    RightEncoderB,
-    LeftA,
-    LeftB,
-    LeftC,
-    RightA,
-    RightB,
-    RightC,
-    Enable,
-    Fault,
-    Stop,
-    Supply,
-}
-
-/// One line between the board and the robot.
-struct Pin {
-    role: Role,
-    /// The chip's name of it.
-    pin: &'static str,
-    /// Where it is on the board.
-    place: &'static str,
-}
-
-/// A board as its page shows it.
-struct Board {
-    /// As in its user manual.
-    name: &'static str,
-    /// Of its page, its picture and, with underscores, its binary.
-    file: &'static str,
-    /// Files beside its binary in which its pins are named.
-    sources: &'static [&'static str],
-    pins: [Pin; 14],
-    /// A ground pin.
-    ground: &'static str,
-    /// How the computer reaches it.
-    link: &'static str,
-}
+use board::{Board, Pin, Role};
 
 const fn pin(role: Role, pin: &'static str, place: &'static str) -> Pin {
     Pin { role, pin, place }

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::Role::{self, *};
-use super::{Board, Pin};
+use super::board::Role::{self, *};
+use super::board::{Board, Pin};
 
 /// Lines on the right, to the drivers, from top to bottom, and what the driver calls them.
 const DRIVER: [(Role, &str); 8] = [

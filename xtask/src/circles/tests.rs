@@ -87,49 +87,34 @@ fn tests_do_not_count() {
 }
 
 #[test]
-fn a_module_and_its_parts_may_go_down_and_up_but_not_round_by_another_file() {
-    let parts = [
-        ("robot/src/lib.rs", "mod a;\nmod d;\n"),
-        ("robot/src/a/mod.rs", "mod part;\npub struct A;\nfn f() { part::f() }\n"),
-        ("robot/src/a/part.rs", "use super::A;\npub fn f() {}\n"),
-    ];
-    assert!(circles(&[&parts[..], &[("robot/src/d.rs", "")]].concat()).is_empty());
-    // The part needs another file, which needs the module.
-    let round = [
-        parts[0],
-        parts[1],
-        ("robot/src/a/part.rs", "pub fn f() { crate::d::g() }\n"),
-        ("robot/src/d.rs", "use crate::a::A;\npub fn g() {}\n"),
-    ];
-    let found = circles(&round);
-    assert_eq!(found.len(), 1, "{found:#?}");
-    assert!(found[0].starts_with("circle of 3:"), "{found:#?}");
+fn a_module_and_its_parts_go_in_no_circle_either() {
+    let parts = |module: &str, part: &str| {
+        circles(&[
+            ("robot/src/lib.rs", "mod a;\n"),
+            ("robot/src/a/mod.rs", module),
+            ("robot/src/a/part.rs", part),
+        ])
+    };
+    // Down by a re-export and a method, and up by the type that is continued.
+    let module = "mod part;\npub use part::f;\npub struct A;\nfn g() { A.h() }\n";
+    let part = "use super::A;\npub fn f() {}\nimpl A { pub fn h(&self) {} }\n";
+    assert!(parts(module, part).is_empty());
+    let calls = "mod part;\npub struct A;\nfn g() { part::f() }\n";
+    let told = "circle of 2:\n  robot/src/a/mod.rs -> robot/src/a/part.rs: f\n  \
+                robot/src/a/part.rs -> robot/src/a/mod.rs: A";
+    assert_eq!(parts(calls, part), [told]);
 }
 
 #[test]
-fn parts_side_by_side_go_in_no_circle_by_their_module() {
-    let selection = |classes: &str, select: &str| {
-        circles(&[
-            ("robot/src/lib.rs", "mod selection;\n"),
-            (
-                "robot/src/selection/mod.rs",
-                "mod classes;\nmod select;\npub struct S;\nfn f() { select::g() }\n",
-            ),
-            ("robot/src/selection/classes.rs", classes),
-            ("robot/src/selection/select.rs", select),
-        ])
-    };
-    // The module's file calls one part, both parts use its type, and one of them the other.
-    let uses_the_module = "use super::S;\npub struct Class;\n";
-    let uses_classes = "use super::classes::Class;\npub fn g() {}\n";
-    let told = "circle of 3:\n  \
-                robot/src/selection/classes.rs -> robot/src/selection/mod.rs: S\n  \
-                robot/src/selection/mod.rs -> robot/src/selection/select.rs: g\n  \
-                robot/src/selection/select.rs -> robot/src/selection/classes.rs: Class";
-    assert_eq!(selection(uses_the_module, uses_classes), [told]);
-    // Two circles of two files, each of the module's file and a part, are let pass.
-    let uses_both = "use super::S;\npub fn g() { super::f() }\n";
-    assert!(selection(uses_the_module, uses_both).is_empty());
+fn a_way_round_by_another_file_is_a_circle() {
+    let found = circles(&[
+        ("robot/src/lib.rs", "mod a;\nmod d;\n"),
+        ("robot/src/a/mod.rs", "mod part;\npub struct A;\nfn f() { part::f() }\n"),
+        ("robot/src/a/part.rs", "pub fn f() { crate::d::g() }\n"),
+        ("robot/src/d.rs", "use crate::a::A;\npub fn g() {}\n"),
+    ]);
+    assert_eq!(found.len(), 1, "{found:#?}");
+    assert!(found[0].starts_with("circle of 3:"), "{found:#?}");
 }
 
 #[test]

@@ -48,11 +48,6 @@ pub struct Crate {
 }
 
 impl Crate {
-    /// Reads the crate whose root module is `file`, a path below `base`.
-    pub fn read(base: &Path, file: &Path) -> Result<Self, String> {
-        read::read(base, file)
-    }
-
     /// The files that it consists of, those for tests included.
     pub fn files(&self) -> impl Iterator<Item = &Path> {
         self.modules.iter().map(|module| module.file.as_path())

@@ -7,11 +7,14 @@ use syn::{Attribute, Item, ItemMacro, ItemMod, ItemUse, Visibility};
 use super::use_tree::flatten;
 use super::{Crate, Module, names, tidy};
 
-pub fn read(base: &Path, root: &Path) -> Result<Crate, String> {
-    let mut reader = Reader { base, modules: Vec::new() };
-    let folder = root.parent().unwrap_or(Path::new("")).to_path_buf();
-    reader.read_file(Module { file: root.into(), folder, ..Module::default() })?;
-    Ok(Crate { modules: reader.modules })
+impl Crate {
+    /// Reads the crate whose root module is `file`, a path below `base`.
+    pub fn read(base: &Path, file: &Path) -> Result<Self, String> {
+        let mut reader = Reader { base, modules: Vec::new() };
+        let folder = file.parent().unwrap_or(Path::new("")).to_path_buf();
+        reader.read_file(Module { file: file.into(), folder, ..Module::default() })?;
+        Ok(Self { modules: reader.modules })
+    }
 }
 
 struct Reader<'a> {

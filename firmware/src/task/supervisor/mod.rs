@@ -14,6 +14,7 @@
 //! after a change of configuration; the motors stand still then.
 
 mod access;
+mod motion_command;
 mod motions;
 mod requests;
 mod transitions;
@@ -37,7 +38,7 @@ use crate::shared::{
 };
 use crate::soft_float::truncate;
 use crate::units::CONTROL_PERIOD_US;
-use motions::MotionCommand;
+use motion_command::{EARLIER_MOTIONS, MotionCommand};
 
 /// A plan starts this many ticks ahead: planning may take most of that time on a slow MCU.
 const PLAN_AHEAD_TICKS: u32 = 10;
@@ -54,9 +55,6 @@ const SUPERVISOR_DELAY_MAX: Duration = Duration::from_millis(20);
 
 /// Zero duty at the latest after this silence, if the supervisor does not act: two ticks before 250 ms.
 const SILENCE_MAX: Duration = Duration::from_millis(248);
-
-/// How many motions before the last one are remembered; a power of two, so that the index can wrap.
-const EARLIER_MOTIONS: usize = 8;
 
 /// Runs the robot, for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: BoardInfo) -> ! {

@@ -4,7 +4,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use shared_proto::{MotionEnd, State, Voltage, WheelPair};
 
-use super::motions::MotionCommand;
+use super::motion_command::MotionCommand;
 use super::{PLAN_AHEAD, Supervisor};
 use crate::hal::Store;
 use crate::probe::{Direction, Probe};

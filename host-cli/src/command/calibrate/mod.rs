@@ -2,7 +2,7 @@
 //!
 //! The procedure itself is [`crate::calibrate`].
 
-mod next;
+mod next_steps;
 mod outcome;
 mod progress_printer;
 
@@ -10,7 +10,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use self::outcome::finish;
+use self::outcome::{cannot_draw, finish};
 use self::progress_printer::ProgressPrinter;
 use super::drive::straight;
 use super::pose_source;
@@ -45,7 +45,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let undo_folder = if forgets { None } else { Some(state_folder()?) };
-    let outcome = with_robot(&common.port, &common.sim(), async |session, lab| {
+    let outcome = with_robot(&common.port, &common.sim(), async |session, testbed| {
         let config = session.read_config().await?;
         let motion = straight(args.distance, &args.profile, &config);
         limits::check_distance(&motion, &config)?;
@@ -58,7 +58,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
             runs: args.runs.unwrap_or(1),
             undo_folder,
         };
-        let mut source = pose_source::of_calibration(args, lab)?;
+        let mut source = pose_source::of_calibration(args, testbed)?;
         let mut printer = ProgressPrinter::new(common, &settings, args);
         calibrate(session, &mut *source, &settings, &mut |step| printer.print(step)).await
     })?;
@@ -92,10 +92,6 @@ fn check_ending(output: &Path) -> Result<()> {
     }
     Err(Error::new(format_args!("the picture {} must end in .html or .svg", output.display()))
         .hint("-o calibration.svg"))
-}
-
-fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
-    Error::new(format_args!("cannot write the picture {}: {error}", file.display()))
 }
 
 fn undo(common: &Common) -> Result<()> {

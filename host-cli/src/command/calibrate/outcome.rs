@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::{cannot_draw, next};
+use super::next_steps;
 use crate::calibrate::{Decision, Measurement, Outcome};
 use crate::calibration_page::{CalibrationReport, ProfileNumbers, to_html, to_svg};
 use crate::cli::{CalibrateArgs, Common};
@@ -16,6 +16,11 @@ use crate::quantity::{LengthUnit, plus_minus};
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say, say_text};
 use campaign::file::write_whole;
 
+/// The error of a picture that cannot be written.
+pub(super) fn cannot_draw(file: &Path, error: impl std::fmt::Display) -> Error {
+    Error::new(format_args!("cannot write the picture {}: {error}", file.display()))
+}
+
 /// Prints the result, and draws it.
 pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) -> Result<()> {
     let after = match &outcome.decision {
@@ -25,7 +30,7 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
             return Err(Error::said_no(format_args!(
                 "the new W_T did not reduce the error ({change}); the old one is restored"
             ))
-            .hint(next::after_no_better(args))
+            .hint(next_steps::after_no_better(args))
             .details(to_json(&outcome, None)));
         }
         Decision::NotRepeatable(after, control) => {
@@ -58,9 +63,9 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
                 mm(before_m, after_m)
             ));
             say(format_args!("  W_T      {}", plus_minus(weight.value, weight.sigma)));
-            next::advise(&outcome);
+            next_steps::advise(&outcome);
             say(format_args!("  picture  {}", paint(BOLD, args.output.display())));
-            next::say_steps(common, args);
+            next_steps::say_steps(common, args);
         }
         None if matches!(outcome.decision, Decision::NotARadius) => {
             say(format_args!(
@@ -79,7 +84,7 @@ pub(super) fn finish(common: &Common, args: &CalibrateArgs, outcome: Outcome) ->
                 outcome.before.run.driven_with,
                 plus_minus(weight.value, weight.sigma)
             ));
-            next::advise(&outcome);
+            next_steps::advise(&outcome);
         }
     }
     Ok(())
@@ -105,7 +110,7 @@ fn cannot_tell(args: &CalibrateArgs, outcome: &Outcome) -> Error {
         plus_minus(weight.value, weight.sigma),
         outcome.before.run.driven_with
     ))
-    .hint(next::after_cannot_tell(args, outcome))
+    .hint(next_steps::after_cannot_tell(args, outcome))
     .details(to_json(outcome, None))
 }
 

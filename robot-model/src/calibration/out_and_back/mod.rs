@@ -33,4 +33,4 @@ mod separation;
 #[cfg(test)]
 mod tests;
 
-pub use separation::{Leg, MeasuredBy, OutAndBack, OutAndBackError, Shared, Verdict};
+pub use separation::{CurvatureCause, Leg, MeasuredBy, OutAndBack, OutAndBackError, Shared};

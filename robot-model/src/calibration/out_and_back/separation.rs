@@ -57,7 +57,7 @@ impl MeasuredBy {
 
 /// The cause that bends the path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum CurvatureCause {
     /// The curvature flips: unequal radii, and nothing else beyond noise.
     Radius,
     /// The curvature does not flip: a pull.
@@ -68,7 +68,7 @@ pub enum Verdict {
     Neither,
 }
 
-impl Verdict {
+impl CurvatureCause {
     /// By which of the two is beyond noise.
     const fn of(radius: bool, pull: bool) -> Self {
         match (radius, pull) {
@@ -98,7 +98,7 @@ pub struct OutAndBack {
     /// Alpha of the way back as measured \[rad\], clockwise positive.
     pub back_alpha_rad: f64,
     /// Which of the two is beyond noise.
-    pub verdict: Verdict,
+    pub verdict: CurvatureCause,
 }
 
 impl OutAndBack {
@@ -167,7 +167,7 @@ impl OutAndBack {
             pull_rad_per_m,
             pull_sigma_rad_per_m,
             back_alpha_rad: backward.alpha_rad,
-            verdict: Verdict::of(radius, pull),
+            verdict: CurvatureCause::of(radius, pull),
         })
     }
 }
@@ -196,16 +196,7 @@ pub enum OutAndBackError {
 
 impl fmt::Display for OutAndBackError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::SameDirection => write!(
-                f,
-                "both runs went the same way: one of them must be driven backwards, \
-                 without turning the robot"
-            ),
-            Self::BadNumber => write!(f, "an angle is not finite, or its sigma is negative"),
-            Self::Mixed => write!(f, "both runs must be read in the same way"),
-            Self::Reading(error) => error.fmt(f),
-        }
+        write!(f, "{self:?}")
     }
 }
 

@@ -40,7 +40,7 @@ fn separate(wheel_weight: f64, pull_rad_per_m: f64, sigma: f64) -> OutAndBack {
 #[test]
 fn a_pull_is_not_mistaken_for_a_radius() {
     let found = separate(1.0, 0.02, 0.002);
-    assert_eq!(found.verdict, Verdict::Pull);
+    assert_eq!(found.verdict, CurvatureCause::Pull);
     assert!((found.wheel_weight - 1.0).abs() < 1e-12, "{found:?}");
     assert!((found.pull_rad_per_m - 0.02).abs() < 1e-12, "{found:?}");
 }
@@ -48,7 +48,7 @@ fn a_pull_is_not_mistaken_for_a_radius() {
 #[test]
 fn a_radius_is_not_mistaken_for_a_pull() {
     let found = separate(0.9919, 0.0, 0.002);
-    assert_eq!(found.verdict, Verdict::Radius);
+    assert_eq!(found.verdict, CurvatureCause::Radius);
     assert!((found.wheel_weight - 0.9919).abs() < 1e-12, "{found:?}");
     assert!(found.pull_rad_per_m.abs() < 1e-12, "{found:?}");
 }
@@ -56,10 +56,10 @@ fn a_radius_is_not_mistaken_for_a_pull() {
 #[test]
 fn both_and_neither_are_told_apart() {
     let both = separate(0.9919, -0.01, 0.002);
-    assert_eq!(both.verdict, Verdict::Both);
+    assert_eq!(both.verdict, CurvatureCause::Both);
     assert!((both.wheel_weight - 0.9919).abs() < 1e-12);
     assert!((both.pull_rad_per_m + 0.01).abs() < 1e-12);
-    assert_eq!(separate(0.9999, 0.0002, 0.01).verdict, Verdict::Neither);
+    assert_eq!(separate(0.9999, 0.0002, 0.01).verdict, CurvatureCause::Neither);
 }
 
 #[test]
@@ -168,7 +168,7 @@ fn a_turn_on_reversing_is_not_mistaken_for_a_pull() {
     let trial = Trial { wheel_weight: 1.0, reversal_rad: -0.0008, ..Trial::PAPER };
     let found = trial.separate(|pose| offset(pose, 0.0005, 0.0));
     assert!(found.pull_rad_per_m.abs() > 4e-4, "{found:?}");
-    assert_eq!(found.verdict, Verdict::Neither, "{found:?}");
+    assert_eq!(found.verdict, CurvatureCause::Neither, "{found:?}");
 }
 
 #[test]
@@ -292,10 +292,10 @@ fn noise_alone_is_called_a_radius_or_a_pull_once_in_twenty() {
             turns,
         });
         match OutAndBack::new(out, back, Shared::TRACKS, &Geometry::PAPER).unwrap().verdict {
-            Verdict::Radius => radius += 1,
-            Verdict::Pull => pull += 1,
-            Verdict::Both => (radius, pull) = (radius + 1, pull + 1),
-            Verdict::Neither => (),
+            CurvatureCause::Radius => radius += 1,
+            CurvatureCause::Pull => pull += 1,
+            CurvatureCause::Both => (radius, pull) = (radius + 1, pull + 1),
+            CurvatureCause::Neither => (),
         }
     }
     // 5 % of 2000 with a sigma of 10: four of them each way.

@@ -1,9 +1,7 @@
 //! What is one unknown, averaged over how much the robot may have wandered?
 
-use core::f64::consts::TAU;
-
 use super::heading_random_walk::PIECES;
-use crate::numeric::distributions::SIGMAS_95;
+use crate::numeric::distributions::{SIGMAS_95, normal_tail};
 use crate::numeric::mixed_model::{MixedModel, Solution};
 
 /// An estimate averaged over the variance of the wandering.
@@ -69,15 +67,4 @@ pub(super) fn average_over_variance(
         best_variance: variance(best),
         best: solutions.swap_remove(best),
     })
-}
-
-/// Probability of a normal deviate above `x`: Abramowitz and Stegun 26.2.17, good to 1e-7.
-fn normal_tail(x: f64) -> f64 {
-    if x < 0.0 {
-        return 1.0 - normal_tail(-x);
-    }
-    let t = 1.0 / (1.0 + 0.231_641_9 * x);
-    let series = [0.319_381_530, -0.356_563_782, 1.781_477_937, -1.821_255_978, 1.330_274_429];
-    let polynomial = series.iter().rev().fold(0.0, |sum, c| t * (c + sum));
-    (-x * x / 2.0).exp() / TAU.sqrt() * polynomial
 }

@@ -38,24 +38,7 @@ pub enum TrackFitError {
 
 impl fmt::Display for TrackFitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Geometry(error) => error.fmt(f),
-            Self::TooFewSamples { found, needed } => write!(
-                f,
-                "only {found} samples of the track lie within the run, it takes {needed}: \
-                 check that both use the same clock"
-            ),
-            Self::BadNumber { name, value } => write!(f, "{name} cannot be {value}"),
-            Self::TimeNotIncreasing { name, t_s } => {
-                write!(f, "the time of the {name} does not increase at {t_s} s")
-            }
-            Self::NoTravel => write!(f, "the wheels did not turn while the track was measured"),
-            Self::NotConverged => write!(
-                f,
-                "no wheel weight explains this track: check its clock, its unit and its axes \
-                 (x forward, y left)"
-            ),
-        }
+        write!(f, "{self:?}")
     }
 }
 

@@ -33,6 +33,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::positive("beta", "m", 5e-4, 0.03), MotorParameter::shape("r", "1", 0.05, 0.9)],
     sign: "wider",
     shown_by: "reversals, and rolling out",
-    confounded_with: &["transport_delay"],
     remedy: "a tighter gear; lower integral gain",
 };

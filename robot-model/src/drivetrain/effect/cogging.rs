@@ -54,6 +54,5 @@ static FACTS: MotorFacts = MotorFacts {
     ],
     sign: "holds where the wave is high",
     shown_by: "creeping over several turns",
-    confounded_with: &[],
     remedy: "a table of voltages by angle",
 };

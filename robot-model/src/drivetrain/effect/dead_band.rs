@@ -26,11 +26,10 @@ impl MotorEffect for DeadBand {
 
 static FACTS: MotorFacts = MotorFacts {
     id: "dead_band",
-    name: "the motor driver swallows small voltages (dead band)",
+    name: "the motor driver has a dead band",
     equation: "sgn V max(0, |V| - V_0)",
     parameters: &[MotorParameter::positive("V_0", "V", 0.1, 6.0)],
     sign: "so much of each voltage is missing",
     shown_by: "rolling out after steps, against driving",
-    confounded_with: &["static_friction", "stribeck"],
     remedy: "add V_0 to each voltage that is not zero",
 };

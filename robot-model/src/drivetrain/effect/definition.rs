@@ -146,8 +146,6 @@ pub struct MotorFacts {
     pub sign: &'static str,
     /// Which experiments show it.
     pub shown_by: &'static str,
-    /// What looks alike without a current sensor.
-    pub confounded_with: &'static [&'static str],
     /// What to do about it.
     pub remedy: &'static str,
 }

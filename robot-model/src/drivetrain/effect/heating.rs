@@ -26,11 +26,10 @@ impl MotorEffect for Heating {
 
 static FACTS: MotorFacts = MotorFacts {
     id: "heating",
-    name: "the motors change with time, as windings that warm do",
+    name: "the motors change with time, as warming windings do",
     equation: "kS (1 + h T) sgn v + kV v + kA (1 + h T) a",
     parameters: &[MotorParameter::amplitude("h", "1/s", 1e-3, 2e-2)],
     sign: "more resistance later",
     shown_by: "the first experiment once more at the end",
-    confounded_with: &[],
     remedy: "tune the warm robot",
 };

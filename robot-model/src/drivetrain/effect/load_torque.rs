@@ -31,6 +31,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::amplitude("e", "V", 0.1, 3.0), MotorParameter::amplitude("f", "V", 0.1, 3.0)],
     sign: "pushed forwards",
     shown_by: "steps both ways",
-    confounded_with: &["direction_asymmetry"],
     remedy: "a level floor, no cable; turned round, a slope pushes the other way",
 };

@@ -30,6 +30,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::amplitude("q", "V s^2/m^2", 1.0, 200.0)],
     sign: "more drag when fast",
     shown_by: "steps up to the top speed",
-    confounded_with: &["supply_sag"],
     remedy: "add q v |v| to the feedforward, or tune at the speed of use",
 };

@@ -30,6 +30,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::amplitude("a", "1", 0.1, 0.9), MotorParameter::amplitude("b", "1", 0.02, 0.5)],
     sign: "the left motor has more friction (a), or is slower (b)",
     shown_by: "steps straight on at several voltages",
-    confounded_with: &[],
     remedy: "feedforward by wheel, which `beeline tune` sets",
 };

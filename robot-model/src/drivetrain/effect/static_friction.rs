@@ -33,6 +33,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::positive("s", "V", 0.1, 6.0)],
     sign: "it takes more to break away than to keep turning",
     shown_by: "slow ramps from rest, both ways",
-    confounded_with: &["stribeck", "dead_band"],
     remedy: "begin a motion with a step of s beyond kS",
 };

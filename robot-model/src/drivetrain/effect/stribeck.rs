@@ -35,6 +35,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::positive("k", "V", 0.1, 6.0), MotorParameter::shape("v_s", "m/s", 0.004, 1.0), MotorParameter::shape("d", "1", 0.5, 2.0)],
     sign: "more friction when slow",
     shown_by: "creeping, and slow steps",
-    confounded_with: &["static_friction", "dead_band"],
     remedy: "never creep: begin a motion with a step of k beyond kS",
 };

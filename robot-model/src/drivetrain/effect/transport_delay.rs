@@ -29,6 +29,5 @@ static FACTS: MotorFacts = MotorFacts {
     parameters: &[MotorParameter::positive("tau", "s", 0.003, 0.06)],
     sign: "later",
     shown_by: "steps and reversals, recorded every 5 ms",
-    confounded_with: &["backlash"],
-    remedy: "a driver without an input filter; lower gains bear the rest",
+    remedy: "a driver without an input filter; lower gains tolerate the rest",
 };

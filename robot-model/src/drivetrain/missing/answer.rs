@@ -5,9 +5,9 @@ use super::experiment::{Experiment, KnownRobot};
 use super::least_squares::{Fitted, Model, Problem};
 use super::modes::Modes;
 use super::next_experiment::{NextExperiment, next_experiment};
-use super::remains::{Remains, remains};
 use super::selection::{Judged, gain, select};
 use super::simulate::BASELINE;
+use super::unexplained::{MotorUnexplained, unexplained};
 use crate::drivetrain::effect::MotorFacts;
 use crate::drivetrain::regression::regress;
 
@@ -73,7 +73,7 @@ pub struct MotorAnswer {
     /// Every effect alone, best first.
     pub tried: Vec<Tried>,
     /// What remains.
-    pub remains: Remains,
+    pub unexplained: MotorUnexplained,
     /// The experiment that would tell more.
     pub next: Option<NextExperiment>,
     /// How many experiments were fitted.
@@ -112,8 +112,8 @@ pub fn missing(
             (id, rivals(problem, &selected, last, index))
         })
         .collect();
-    let remains = remains(problem, &selected, last);
-    let next = next_experiment(problem, &last.fitted, &rivals, &remains);
+    let unexplained = unexplained(problem, &selected, last);
+    let next = next_experiment(problem, &last.fitted, &rivals, &unexplained);
     let half_widths = problem.half_widths_95(&last.fitted);
     let errors = |judged: &Judged| errors(problem, judged, experiments);
     let steps = selected.steps.windows(2).enumerate().map(|(index, pair)| {
@@ -146,7 +146,7 @@ pub fn missing(
         constants: constants(&last.fitted.model, &half_widths),
         steps: steps.collect(),
         tried: tried.collect(),
-        remains,
+        unexplained,
         next,
         experiments: problem.experiments.len(),
         resolution_m: robot.resolution_m(),

@@ -13,7 +13,7 @@
 //! | `screening.rs` | which effects are worth a fit? |
 //! | `selection.rs` | which does the model lack? |
 //! | `classes.rs` | which can these experiments not tell apart? |
-//! | `remains.rs` | does anything remain? |
+//! | `unexplained.rs` | does anything remain that no effect explains? |
 //! | `next_experiment.rs` | which experiment would tell more? |
 //! | `answer.rs` | all of it |
 
@@ -24,12 +24,12 @@ mod experiment;
 mod least_squares;
 mod modes;
 mod next_experiment;
-mod remains;
 mod screening;
 mod selection;
 mod simulate;
 #[cfg(test)]
 mod tests;
+mod unexplained;
 
 pub use answer::{
     BaselineErrors, EXPERIMENTS_MIN, Estimate, MissingError, MotorAnswer, MotorErrors, MotorStep,
@@ -37,4 +37,4 @@ pub use answer::{
 };
 pub use experiment::{Experiment, KnownRobot};
 pub use next_experiment::{ExperimentKind, NextExperiment};
-pub use remains::{Regressor, Remains};
+pub use unexplained::{MotorRegressor, MotorUnexplained};

@@ -3,8 +3,8 @@
 use super::classes::Rival;
 use super::experiment::Experiment;
 use super::least_squares::{Fitted, Problem};
-use super::remains::{Regressor, Remains, volts_max};
 use super::simulate::Simulation;
+use super::unexplained::{MotorRegressor, MotorUnexplained, volts_max};
 use crate::drivetrain::recording::{Sample, VoltageRecording};
 use crate::kinematics::WheelPair;
 
@@ -56,11 +56,11 @@ pub(super) fn next_experiment(
     problem: &Problem<'_>,
     found: &Fitted,
     rivals: &[(&'static str, Vec<Rival>)],
-    remains: &Remains,
+    unexplained: &MotorUnexplained,
 ) -> Option<NextExperiment> {
     let (own, of_own) = match rivals.iter().find(|(_, rivals)| !rivals.is_empty()) {
         Some((own, of_own)) => (*own, &of_own[0]),
-        None => return to_show(remains),
+        None => return to_show(unexplained),
     };
     let apart = KINDS.into_iter().map(|kind| {
         let experiment = driven(kind, found, problem);
@@ -80,15 +80,15 @@ pub(super) fn next_experiment(
     Some(NextExperiment { kind, separates: vec![own, of_own.id], apart_m })
 }
 
-fn to_show(remains: &Remains) -> Option<NextExperiment> {
-    let kind = match remains.depends_on.first()? {
-        Regressor::Speed | Regressor::Direction => ExperimentKind::Steps,
-        Regressor::Voltage => ExperimentKind::RollOut,
-        Regressor::Load => ExperimentKind::OneWheel,
-        Regressor::Angle | Regressor::Counts => ExperimentKind::Creep,
-        Regressor::Time => ExperimentKind::FirstAgain,
+fn to_show(unexplained: &MotorUnexplained) -> Option<NextExperiment> {
+    let kind = match unexplained.depends_on.first()? {
+        MotorRegressor::Speed | MotorRegressor::Direction => ExperimentKind::Steps,
+        MotorRegressor::Voltage => ExperimentKind::RollOut,
+        MotorRegressor::Load => ExperimentKind::OneWheel,
+        MotorRegressor::Angle | MotorRegressor::Counts => ExperimentKind::Creep,
+        MotorRegressor::Time => ExperimentKind::FirstAgain,
     };
-    Some(NextExperiment { kind, separates: Vec::new(), apart_m: remains.size_m })
+    Some(NextExperiment { kind, separates: Vec::new(), apart_m: unexplained.size_m })
 }
 
 /// The voltages of an experiment for these motors, recorded every 5 ms; no travel.

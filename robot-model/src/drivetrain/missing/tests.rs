@@ -197,7 +197,7 @@ fn holds(estimate: &Estimate, truth: f64) -> bool {
 #[test]
 fn motors_without_an_effect_get_none_and_their_constants_are_right() {
     let answer = SOUND.answer();
-    assert!(answer.steps.is_empty() && !answer.remains.structure, "{answer:#?}");
+    assert!(answer.steps.is_empty() && !answer.unexplained.structure, "{answer:#?}");
     assert!(answer.next.is_none());
     // What is left is what counts hide.
     let left = answer.baseline.cross_validated_m / answer.resolution_m;
@@ -215,7 +215,7 @@ fn motors_without_an_effect_get_none_and_their_constants_are_right() {
 #[test]
 fn unequal_inertia_and_a_mass_behind_the_axle_are_constants_and_no_effect() {
     let answer = Motors { heavier_left: 0.03, mass_behind: 0.6, ..SOUND }.answer();
-    assert!(answer.steps.is_empty() && !answer.remains.structure, "{answer:#?}");
+    assert!(answer.steps.is_empty() && !answer.unexplained.structure, "{answer:#?}");
     let left = answer.baseline.cross_validated_m / answer.resolution_m;
     assert!((0.8..1.1).contains(&left), "{left}");
     let of = |name| answer.constants.iter().find(|constant| constant.name == name).unwrap();

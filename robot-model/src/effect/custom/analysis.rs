@@ -2,8 +2,9 @@
 //!
 //! All of this is found by evaluating it at a few steps; units are left to `dimensions.rs`.
 
-use super::equation::{Per, Target};
+use super::error::UnboundedWhen;
 use super::evaluate::evaluate;
+use super::target::{Per, Target};
 use super::tree::Tree;
 use super::unit::Unit;
 use crate::kinematics::wheel_pair::WheelPair;
@@ -61,13 +62,9 @@ pub(super) fn amplitudes(tree: &Tree, count: usize) -> Option<Vec<usize>> {
     })
 }
 
-/// In which motion an expression grows without bound, per second, and what to write instead. Every run contains
-/// such motions, and they would dominate a fit.
-pub(super) fn without_bound(
-    tree: &Tree,
-    per: Per,
-    count: usize,
-) -> Option<(&'static str, &'static str)> {
+/// In which motion an expression grows without bound, per second. Every run contains such motions, and they would
+/// dominate a fit.
+pub(super) fn without_bound(tree: &Tree, per: Per, count: usize) -> Option<UnboundedWhen> {
     // The motion is slowed down to these shares; unbounded growth gives this factor from the first to the second.
     const SLOWER: [f64; 2] = [1e-3, 1e-6];
     const GROWS: f64 = 100.0;
@@ -97,9 +94,9 @@ pub(super) fn without_bound(
         })
     };
     if grows(&slowly) {
-        Some(("stands", "k / max(abs(v), 0.02[m/s])"))
+        Some(UnboundedWhen::AtRest)
     } else if grows(&evenly) {
-        Some(("drives evenly", "k / max(abs(a), 0.02[m/s^2])"))
+        Some(UnboundedWhen::AtConstantSpeed)
     } else {
         None
     }

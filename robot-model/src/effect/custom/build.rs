@@ -6,12 +6,13 @@ use std::borrow::Cow;
 
 use super::analysis::{amplitudes, plausible_limit, typical_of, without_bound};
 use super::dimensions::units;
-use super::equation::{Custom, Per, Target};
-use super::error::{CustomError, DefinitionPart};
+use super::equation::Custom;
+use super::error::{CustomError, CustomProblem, DefinitionPart};
 use super::evaluate::evaluate;
 use super::parse::parse;
+use super::target::{Per, Target};
 use super::tree::Tree;
-use super::unit::{HINT, Unit};
+use super::unit::Unit;
 use crate::effect::catalogue::find;
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter, Role};
 use crate::kinematics::wheel_pair::WheelPair;
@@ -24,57 +25,33 @@ impl Custom {
     pub fn build(&self) -> Result<CustomEffect, CustomError> {
         let sound = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
         if self.id.is_empty() || !self.id.chars().all(sound) || find(&self.id).is_some() {
-            let problem = format!("`{}` cannot be the id of an effect of your own", self.id);
-            let hint = "small letters, digits and _, and no effect of the catalogue";
-            return Err(CustomError::new(DefinitionPart::Id, 0..self.id.len(), &problem, hint));
+            let problem = CustomProblem::Id(self.id.clone());
+            return Err(CustomError::new(DefinitionPart::Id, 0..self.id.len(), problem));
         }
         let (tree, names) = parse(&self.expression)?;
         let mut declared = vec![None; names.len()];
         for (name, unit) in &self.units {
             let part = DefinitionPart::Unit(name.clone());
-            let fail = |problem: String, hint: &str| {
-                Err(CustomError::new(part.clone(), 0..unit.len(), &problem, hint))
-            };
-            let Some(index) = names.iter().position(|parameter| parameter == name) else {
-                let hint = format!("it has {}", list(&names));
-                return fail(format!("the expression has no parameter `{name}`"), &hint);
-            };
-            match Unit::parse(unit) {
-                Ok(unit) => declared[index] = Some(unit),
-                Err(problem) => return fail(problem, HINT),
+            let fail = |problem| CustomError::new(part, 0..unit.len(), problem);
+            match names.iter().position(|parameter| parameter == name) {
+                Some(index) => declared[index] = Some(Unit::parse(unit).map_err(fail)?),
+                None => return Err(fail(no_parameter(name, &names))),
             }
         }
         let amplitudes = amplitudes(&tree, names.len()).ok_or_else(|| {
-            let problem = "the effect does not vanish when its parameters are zero";
-            let hint = "multiply it by a parameter: k * (...)";
-            CustomError::in_expression(tree.at.clone(), problem, hint)
+            CustomError::in_expression(tree.at.clone(), CustomProblem::DoesNotVanish)
         })?;
-        let target = Unit(match self.target {
-            Target::Dtheta => [0.0; 3],
-            _ => [1.0, 0.0, 0.0],
-        });
-        let wanted = Unit(core::array::from_fn(|i| target.0[i] - self.per.unit().0[i]));
-        let target_name = format!("{} per {}", self.target.name(), self.per.name());
-        let units = units(&tree, wanted, &target_name, &declared, &names)?;
+        let units = units(&tree, (self.target, self.per), &declared, &names)?;
         let parameters = (0..names.len())
             .map(|index| self.parameter(&tree, index, &names[index], units[index], &amplitudes))
             .collect::<Result<Vec<_>, _>>()?;
         if let Some((name, _)) = self.ranges.iter().find(|(name, _)| !names.contains(name)) {
-            let problem = format!("the expression has no parameter `{name}`");
-            let hint = format!("it has {}", list(&names));
-            return Err(CustomError::new(
-                DefinitionPart::Range(name.clone()),
-                0..0,
-                &problem,
-                &hint,
-            ));
+            let part = DefinitionPart::Range(name.clone());
+            return Err(CustomError::new(part, 0..0, no_parameter(name, &names)));
         }
-        if let Some((when, instead)) = without_bound(&tree, self.per, names.len()) {
-            let problem = format!("it grows without bound when the robot {when}");
-            let hint = format!(
-                "do not divide by something that can be zero: write {instead}, for example"
-            );
-            return Err(CustomError::in_expression(tree.at.clone(), &problem, &hint));
+        if let Some(motion) = without_bound(&tree, self.per, names.len()) {
+            let problem = CustomProblem::Unbounded(motion);
+            return Err(CustomError::in_expression(tree.at.clone(), problem));
         }
         Ok(CustomEffect {
             custom: self.clone(),
@@ -104,18 +81,13 @@ impl Custom {
                 let sound = low.is_finite() && high.is_finite() && low < high;
                 let holds_zero = *low <= 0.0 && *high >= 0.0;
                 if !sound || (is_amplitude && !holds_zero) {
-                    let problem = format!("{low} to {high} cannot be the range of {name}");
-                    let hint = if is_amplitude {
-                        "the lower end first, and zero within: at zero the effect is gone"
-                    } else {
-                        "the lower end first"
+                    let problem = CustomProblem::Range {
+                        name: name.to_owned(),
+                        range: [*low, *high],
+                        of_amplitude: is_amplitude,
                     };
-                    return Err(CustomError::new(
-                        DefinitionPart::Range(name.into()),
-                        0..0,
-                        &problem,
-                        hint,
-                    ));
+                    let part = DefinitionPart::Range(name.to_owned());
+                    return Err(CustomError::new(part, 0..0, problem));
                 }
                 (*low, *high)
             }
@@ -129,9 +101,8 @@ impl Custom {
             }
         };
         if !is_plausible(range) {
-            let problem = format!("no plausible value of `{name}` follows from this");
-            let hint = "numbers of everyday size in SI units, and units with small powers; or declare its range";
-            return Err(CustomError::in_expression(tree.at.clone(), &problem, hint));
+            let problem = CustomProblem::NoPlausibleValue(name.to_owned());
+            return Err(CustomError::in_expression(tree.at.clone(), problem));
         }
         let role = if is_amplitude { Role::Amplitude } else { Role::Shape };
         Ok(Parameter {
@@ -153,8 +124,8 @@ fn is_plausible((low, high): (f64, f64)) -> bool {
     bounded(low) && bounded(high) && low < high
 }
 
-fn list(names: &[String]) -> String {
-    if names.is_empty() { "none".into() } else { names.join(", ") }
+fn no_parameter(name: &str, parameters: &[String]) -> CustomProblem {
+    CustomProblem::NoParameter { name: name.to_owned(), parameters: parameters.to_vec() }
 }
 
 /// An effect of the user's own.

@@ -3,10 +3,30 @@
 //! The units of parameters that are not declared follow from the expression: each sum, function and
 //! the target itself is an equation in the exponents, linear in those of the unknown units.
 
-use super::error::CustomError;
+use super::error::{CustomError, CustomProblem, RequiredUnit};
+use super::target::{Per, Target};
 use super::tree::{Function, Node, Operator, Tree, Variable};
 use super::unit::Unit;
 use crate::numeric::jet::PARAMETERS_MAX;
+
+impl Target {
+    const fn unit(self) -> Unit {
+        match self {
+            Self::Dtheta => Unit::ONE,
+            Self::DsLeft | Self::DsRight | Self::Dn => Unit([1.0, 0.0, 0.0]),
+        }
+    }
+}
+
+impl Per {
+    const fn unit(self) -> Unit {
+        match self {
+            Self::Second => Unit([0.0, 1.0, 0.0]),
+            Self::Metre => Unit([1.0, 0.0, 0.0]),
+            Self::Radian => Unit::ONE,
+        }
+    }
+}
 
 impl Variable {
     fn unit(self) -> Unit {
@@ -45,29 +65,27 @@ impl Open {
     }
 }
 
-/// Something that must have no unit, and the error if it has one.
+/// Something that must have no unit, and what it is.
 struct Equation {
     open: Open,
     at: core::ops::Range<usize>,
-    problem: String,
-    hint: &'static str,
+    required: RequiredUnit,
 }
 
 /// The unit of each parameter, declared or following from the expression.
 pub(super) fn units(
     tree: &Tree,
-    target: Unit,
-    target_name: &str,
+    (target, per): (Target, Per),
     declared: &[Option<Unit>],
     names: &[String],
 ) -> Result<Vec<Unit>, CustomError> {
     let mut equations = Vec::new();
     let whole = unit_of(tree, declared, &mut equations)?;
+    let left_side = Unit(core::array::from_fn(|i| target.unit().0[i] - per.unit().0[i]));
     equations.push(Equation {
-        open: whole.plus(Open::known(target), -1.0),
+        open: whole.plus(Open::known(left_side), -1.0),
         at: tree.at.clone(),
-        problem: format!("{target_name} has the unit {target}, but the right side has another"),
-        hint: "check each factor; or declare another unit, or another per",
+        required: RequiredUnit::Target { target, per, unit: left_side.to_string() },
     });
     let mut solved: Vec<Option<(usize, Open)>> = vec![None; names.len()];
     for equation in equations {
@@ -94,10 +112,9 @@ pub(super) fn units(
                 solved[j] = Some((j, unit));
             }
             None if open.known.iter().any(|power| power.abs() > EXPONENT_TOLERANCE) => {
-                let surplus = Unit(open.known);
-                let problem = format!("{} (by a factor of {surplus})", equation.problem);
-                let at = equation.at;
-                return Err(CustomError::in_expression(at, &problem, equation.hint));
+                let factor = Unit(open.known).to_string();
+                let problem = CustomProblem::WrongUnit { required: equation.required, factor };
+                return Err(CustomError::in_expression(equation.at, problem));
             }
             None => {}
         }
@@ -112,17 +129,13 @@ pub(super) fn units(
                     Ok(Unit(open.known))
                 }
                 _ => {
-                    let problem = format!("the unit of {} does not follow from this", names[j]);
-                    let hint = format!("declare it: {} in s/m, for example", names[j]);
-                    Err(CustomError::in_expression(tree.at.clone(), &problem, &hint))
+                    let problem = CustomProblem::UnknownUnit(names[j].clone());
+                    Err(CustomError::in_expression(tree.at.clone(), problem))
                 }
             }
         })
         .collect()
 }
-
-/// What has to have no unit can be divided by something of its unit.
-const DIVIDE: &str = "divide it by something of its own unit";
 
 /// The unit of a tree; what has to hold in it is added to `equations`.
 fn unit_of(
@@ -167,12 +180,10 @@ fn unit_of(
                     common(&arguments[0], &arguments[1], pair, tree, equations)
                 }
                 _ => {
-                    let name = function.name();
                     equations.push(Equation {
                         open: units[0],
                         at: arguments[0].at.clone(),
-                        problem: format!("the argument of {name} must not have a unit"),
-                        hint: DIVIDE,
+                        required: RequiredUnit::Argument(function.name()),
                     });
                     one
                 }
@@ -191,18 +202,12 @@ fn unit_of_power(
     equations.push(Equation {
         open: exponent_unit,
         at: exponent.at.clone(),
-        problem: "an exponent must not have a unit".into(),
-        hint: DIVIDE,
+        required: RequiredUnit::Exponent,
     });
     if let Some(power) = constant(exponent) {
         return one.plus(unit, power);
     }
-    equations.push(Equation {
-        open: unit,
-        at: base.at.clone(),
-        problem: "a base with a variable exponent must not have a unit".into(),
-        hint: DIVIDE,
-    });
+    equations.push(Equation { open: unit, at: base.at.clone(), required: RequiredUnit::Base });
     one
 }
 
@@ -222,8 +227,7 @@ fn common(
         equations.push(Equation {
             open: a.plus(b, -1.0),
             at: whole.at.clone(),
-            problem: "these two have different units".into(),
-            hint: "a number can carry its unit: 0.3[m/s]",
+            required: RequiredUnit::Same,
         });
     }
     a

@@ -5,70 +5,9 @@
 use core::ops::Range;
 use std::collections::BTreeMap;
 
-use super::error::{CustomError, DefinitionPart};
+use super::error::{CustomError, CustomProblem, DefinitionPart};
 use super::parse::parse;
-use super::unit::Unit;
-
-/// What an expression changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
-    /// Travel of the left wheel.
-    DsLeft,
-    /// Travel of the right wheel.
-    DsRight,
-    /// Heading.
-    Dtheta,
-    /// Sideways, to the left.
-    Dn,
-}
-
-/// What an expression is a rate of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Per {
-    /// Per second.
-    Second,
-    /// Per metre of travel.
-    Metre,
-    /// Per radian turned.
-    Radian,
-}
-
-impl Target {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::DsLeft, Self::DsRight, Self::Dtheta, Self::Dn];
-
-    /// Its name in an expression.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::DsLeft => "ds_left",
-            Self::DsRight => "ds_right",
-            Self::Dtheta => "dtheta",
-            Self::Dn => "dn",
-        }
-    }
-}
-
-impl Per {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Second, Self::Metre, Self::Radian];
-
-    /// Its name in `model.toml`.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Second => "second",
-            Self::Metre => "metre",
-            Self::Radian => "radian",
-        }
-    }
-
-    pub(super) const fn unit(self) -> Unit {
-        match self {
-            Self::Second => Unit([0.0, 1.0, 0.0]),
-            Self::Metre => Unit([1.0, 0.0, 0.0]),
-            Self::Radian => Unit::ONE,
-        }
-    }
-}
+use super::target::{Per, Target};
 
 /// What a user writes about an effect of their own.
 #[derive(Clone, Debug, PartialEq)]
@@ -91,13 +30,11 @@ impl Custom {
     /// Reads `dtheta = k * v^2 * omega`, or `dtheta/ds = ...`: target, per what, and the right-hand
     /// side. Errors point into the whole text.
     pub fn from_equation(text: &str) -> Result<Self, CustomError> {
-        let fail = |at: Range<usize>, problem: &str| {
-            let hint = "for example dtheta = k * v^2 * omega; the left is ds_left, ds_right, dtheta or \
-                        dn, with /dt, /ds or /dtheta behind it for per second, metre or radian";
-            Err(CustomError::new(DefinitionPart::Target, at, problem, hint))
+        let fail = |at: Range<usize>, problem: CustomProblem| {
+            Err(CustomError::new(DefinitionPart::Target, at, problem))
         };
         let Some(equals) = text.find('=') else {
-            return fail(0..text.len(), "there is no = in it");
+            return fail(0..text.len(), CustomProblem::NoEquals);
         };
         let left = text[..equals].trim();
         let begin = text.len() - text.trim_start().len();
@@ -108,12 +45,12 @@ impl Custom {
                 "dt" => (name, Per::Second),
                 "ds" => (name, Per::Metre),
                 "dtheta" => (name, Per::Radian),
-                _ => return fail(at, &format!("`{left}` cannot be changed")),
+                _ => return fail(at, CustomProblem::Target(left.to_owned())),
             },
         };
         let Some(target) = Target::ALL.into_iter().find(|target| target.name() == name.trim())
         else {
-            return fail(at, &format!("`{left}` cannot be changed"));
+            return fail(at, CustomProblem::Target(left.to_owned()));
         };
         let rest = &text[equals + 1..];
         let from = equals + 1 + rest.len() - rest.trim_start().len();

@@ -1,7 +1,9 @@
-//! Why can an expression not be used? What is wrong, where, and what to try.
+//! Why can an expression not be used? What is wrong, and where; the sentences are the caller's.
 
 use core::fmt;
 use core::ops::Range;
+
+use super::target::{Per, Target};
 
 /// Which part of a [`super::Custom`] is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,32 +20,182 @@ pub enum DefinitionPart {
     Range(String),
 }
 
+/// What is wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CustomProblem {
+    /// An id that has other characters than small letters, digits and `_`, or that an effect of the catalogue has.
+    Id(String),
+    /// No `=` in the equation.
+    NoEquals,
+    /// The left-hand side is nothing that an effect can change.
+    Target(String),
+    /// A unit or a range of a parameter that the expression does not have.
+    NoParameter {
+        /// Its name.
+        name: String,
+        /// The parameters that the expression has.
+        parameters: Vec<String>,
+    },
+    /// Ends in the wrong order or not finite, or an amplitude's without zero between them.
+    Range {
+        /// The parameter.
+        name: String,
+        /// The range.
+        range: [f64; 2],
+        /// Whether zero must lie within.
+        of_amplitude: bool,
+    },
+    /// Nothing plausible follows from the expression for this parameter.
+    NoPlausibleValue(String),
+    /// The effect does not vanish when all its parameters are zero.
+    DoesNotVanish,
+    /// It grows without bound in this motion.
+    Unbounded(UnboundedWhen),
+    /// Not a unit.
+    NotAUnit(String),
+    /// A unit, but not made of metre, second, kilogram and radian.
+    NotAnSiBaseUnit(String),
+    /// A unit where another one, or none, is required.
+    WrongUnit {
+        /// What is required.
+        required: RequiredUnit,
+        /// By which unit it is wrong, as a factor.
+        factor: String,
+    },
+    /// The unit of this parameter does not follow from the expression.
+    UnknownUnit(String),
+    /// A character that cannot stand here.
+    Unexpected {
+        /// The character.
+        found: char,
+        /// What can.
+        expected: Expected,
+    },
+    /// The expression ends where an operand is required.
+    EndsEarly,
+    /// A parenthesis that closes nothing.
+    ClosesNothing,
+    /// A parenthesis that is not closed.
+    OpenParenthesis,
+    /// A bracket that is not closed.
+    OpenBracket,
+    /// `**`.
+    DoubleStar,
+    /// A factor without its operator.
+    NoOperator,
+    /// Not a finite number.
+    NotANumber(String),
+    /// More than this many numbers, names and operators.
+    TooLong(usize),
+    /// Parentheses nested too deep.
+    TooDeep,
+    /// A function with the wrong number of arguments.
+    Arguments {
+        /// The function.
+        function: &'static str,
+        /// How many it takes.
+        takes: usize,
+        /// How many are there.
+        found: usize,
+    },
+    /// A function without its arguments.
+    NotCalled(String),
+    /// A variable with arguments.
+    VariableCalled(String),
+    /// No such function.
+    NoFunction {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        functions: &'static [&'static str],
+    },
+    /// A parameter whose name is one letter away from a variable's.
+    LooksLike {
+        /// The name.
+        name: String,
+        /// The variable.
+        variable: &'static str,
+    },
+    /// One parameter too many.
+    TooManyParameters {
+        /// Its name.
+        name: String,
+        /// The most that can be fitted.
+        most: usize,
+    },
+}
+
+/// A motion in which an expression may grow without bound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnboundedWhen {
+    /// Speed and turn rate go to zero.
+    AtRest,
+    /// The accelerations go to zero.
+    AtConstantSpeed,
+}
+
+/// Which unit is required.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RequiredUnit {
+    /// The whole expression: that of its left-hand side.
+    Target {
+        /// What changes.
+        target: Target,
+        /// Per what.
+        per: Per,
+        /// Its unit.
+        unit: String,
+    },
+    /// The argument of this function: none.
+    Argument(&'static str),
+    /// An exponent: none.
+    Exponent,
+    /// The base of a power with a variable exponent: none.
+    Base,
+    /// Two operands: the same.
+    Same,
+}
+
+/// What can stand at a place of an expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Expected {
+    /// An operator.
+    Operator,
+    /// An operator, or a parenthesis that closes.
+    OperatorOrClose,
+    /// A number, a variable, a parameter or a parenthesis that opens.
+    Operand,
+}
+
 /// Why an expression cannot be used, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CustomError {
     /// Which part is wrong.
     pub part: DefinitionPart,
     /// Where in that part, in bytes.
     pub at: Range<usize>,
     /// What is wrong.
-    pub problem: String,
-    /// What to try.
-    pub hint: String,
+    pub problem: CustomProblem,
 }
 
 impl CustomError {
-    pub(super) fn new(part: DefinitionPart, at: Range<usize>, problem: &str, hint: &str) -> Self {
-        Self { part, at, problem: problem.to_owned(), hint: hint.to_owned() }
+    pub(super) const fn new(
+        part: DefinitionPart,
+        at: Range<usize>,
+        problem: CustomProblem,
+    ) -> Self {
+        Self { part, at, problem }
     }
 
-    pub(super) fn in_expression(at: Range<usize>, problem: &str, hint: &str) -> Self {
-        Self::new(DefinitionPart::Expression, at, problem, hint)
+    pub(super) const fn in_expression(at: Range<usize>, problem: CustomProblem) -> Self {
+        Self::new(DefinitionPart::Expression, at, problem)
     }
 }
 
 impl fmt::Display for CustomError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.problem)
+        let Self { part, at, problem } = self;
+        write!(f, "{part:?} at {at:?}: {problem:?}")
     }
 }
 

@@ -30,12 +30,13 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `equation.rs` | [`Custom`]: what a user writes, and how an equation is read |
+//! | `target.rs` | [`Target`], [`Per`]: what it changes, and per what |
 //! | `parse.rs`, `tree.rs` | from text to a tree |
 //! | `unit.rs`, `dimensions.rs` | units, and those of the parameters |
 //! | `analysis.rs` | which parameters are amplitudes, which values are plausible |
 //! | `evaluate.rs` | the value in a step, with derivatives |
 //! | `build.rs` | [`CustomEffect`]: all of it as an effect |
-//! | `error.rs` | [`CustomError`] |
+//! | `error.rs` | [`CustomError`]: what is wrong, and where |
 
 mod analysis;
 mod build;
@@ -44,17 +45,21 @@ mod equation;
 mod error;
 mod evaluate;
 mod parse;
+mod target;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod unit;
 
 pub use build::CustomEffect;
-pub use equation::{Custom, Per, Target};
-pub use error::{CustomError, DefinitionPart};
+pub use equation::Custom;
+pub use error::{
+    CustomError, CustomProblem, DefinitionPart, Expected, RequiredUnit, UnboundedWhen,
+};
+pub use target::{Per, Target};
 
 /// The powers of metre, second and kilogram of a unit, as parameters declare it.
 #[cfg(test)]
-pub(super) fn dimensions(unit: &str) -> Result<[f64; 3], String> {
+pub(super) fn dimensions(unit: &str) -> Result<[f64; 3], CustomProblem> {
     unit::Unit::parse(unit).map(|unit| unit.0)
 }

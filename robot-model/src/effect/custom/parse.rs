@@ -12,9 +12,9 @@
 
 use core::ops::Range;
 
-use super::error::CustomError;
+use super::error::{CustomError, CustomProblem, Expected};
 use super::tree::{Function, Node, Operator, Tree, Variable};
-use super::unit::{HINT, Unit};
+use super::unit::Unit;
 use crate::numeric::jet::PARAMETERS_MAX;
 
 /// Deepest nesting: nobody writes more, and a longer text could exhaust the stack.
@@ -29,10 +29,10 @@ pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
     parser.space();
     match parser.rest().chars().next() {
         None => Ok((tree, parser.parameters)),
-        Some(')') => Err(parser.error("this parenthesis closes nothing", "take it out")),
-        Some(c) => {
-            let problem = format!("`{c}` cannot stand here");
-            Err(parser.error(&problem, "an operator was expected: + - * / ^"))
+        Some(')') => Err(parser.error(CustomProblem::ClosesNothing)),
+        Some(found) => {
+            let expected = Expected::Operator;
+            Err(parser.error(CustomProblem::Unexpected { found, expected }))
         }
     }
 }
@@ -54,9 +54,9 @@ impl<'t> Parser<'t> {
         self.at = self.text.len() - self.rest().trim_start().len();
     }
 
-    fn error(&self, problem: &str, hint: &str) -> CustomError {
+    fn error(&self, problem: CustomProblem) -> CustomError {
         let length = self.rest().chars().next().map_or(0, char::len_utf8);
-        CustomError::in_expression(self.at..self.at + length, problem, hint)
+        CustomError::in_expression(self.at..self.at + length, problem)
     }
 
     /// The next character, if it is one of these.
@@ -81,7 +81,7 @@ impl<'t> Parser<'t> {
         let mut left = self.power()?;
         while let Some(c) = self.take("*/") {
             if c == '*' && self.rest().starts_with('*') {
-                return Err(self.error("`**` is not an operator here", "a power is written v^2"));
+                return Err(self.error(CustomProblem::DoubleStar));
             }
             let operator = if c == '*' { Operator::Multiply } else { Operator::Divide };
             let right = self.power()?;
@@ -95,11 +95,10 @@ impl<'t> Parser<'t> {
         // Every operator and every call has a power on its right or inside it, so a power stands for two nodes.
         self.nodes += 2;
         if self.nodes > NODES_MAX {
-            let hint = "write it with fewer terms";
-            return Err(self.error("this has more than 1000 numbers, names and operators", hint));
+            return Err(self.error(CustomProblem::TooLong(NODES_MAX)));
         }
         if self.depth > DEPTH_MAX {
-            return Err(self.error("nested too deep", "write it with fewer parentheses"));
+            return Err(self.error(CustomProblem::TooDeep));
         }
         self.space();
         let from = self.at;
@@ -132,14 +131,11 @@ impl<'t> Parser<'t> {
             }
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
             Some(c) if c.is_ascii_alphabetic() || c == '_' => self.name(),
-            Some(c) => {
-                let problem = format!("`{c}` cannot stand here");
-                Err(self.error(&problem, "a number, a variable, a parameter or ( was expected"))
+            Some(found) => {
+                let expected = Expected::Operand;
+                Err(self.error(CustomProblem::Unexpected { found, expected }))
             }
-            None => {
-                let hint = "a number, a variable, a parameter or ( was expected";
-                Err(self.error("the expression ends too early", hint))
-            }
+            None => Err(self.error(CustomProblem::EndsEarly)),
         }
     }
 
@@ -149,11 +145,11 @@ impl<'t> Parser<'t> {
         }
         if self.rest().is_empty() {
             let at = opened..opened + 1;
-            let problem = "this parenthesis is never closed";
-            return Err(CustomError::in_expression(at, problem, "add the missing )"));
+            return Err(CustomError::in_expression(at, CustomProblem::OpenParenthesis));
         }
-        let c = self.rest().chars().next().unwrap_or(' ');
-        Err(self.error(&format!("`{c}` cannot stand here"), "an operator or ) was expected"))
+        let found = self.rest().chars().next().unwrap_or(' ');
+        let expected = Expected::OperatorOrClose;
+        Err(self.error(CustomProblem::Unexpected { found, expected }))
     }
 
     fn number(&mut self) -> Result<Tree, CustomError> {
@@ -175,23 +171,22 @@ impl<'t> Parser<'t> {
         let text = &self.text[from..self.at];
         let value =
             text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
-                let problem = format!("`{text}` is not a number");
-                CustomError::in_expression(from..self.at, &problem, "for example 0.3 or 2e-3")
+                let problem = CustomProblem::NotANumber(text.to_owned());
+                CustomError::in_expression(from..self.at, problem)
             })?;
         let mut unit = Unit::ONE;
         if self.rest().starts_with('[') {
             let opened = self.at;
             let Some(length) = self.rest().find(']') else {
                 let at = opened..opened + 1;
-                let problem = "this bracket is never closed";
-                return Err(CustomError::in_expression(at, problem, "for example 0.3[m/s]"));
+                return Err(CustomError::in_expression(at, CustomProblem::OpenBracket));
             };
             let inside = &self.rest()[1..length];
             self.at += length + 1;
             unit = Unit::parse(inside)
-                .map_err(|problem| CustomError::in_expression(opened..self.at, &problem, HINT))?;
+                .map_err(|problem| CustomError::in_expression(opened..self.at, problem))?;
         } else if self.rest().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-            return Err(self.error("a factor without its operator", "multiply with *: 2*v"));
+            return Err(self.error(CustomProblem::NoOperator));
         }
         Ok(Tree { node: Node::Number(value, unit), at: from..self.at })
     }
@@ -202,9 +197,7 @@ impl<'t> Parser<'t> {
         self.at += self.rest().len() - self.rest().trim_start_matches(part).len();
         let name = &self.text[from..self.at];
         let at = from..self.at;
-        let fail = |problem: String, hint: &str| {
-            Err(CustomError::in_expression(at.clone(), &problem, hint))
-        };
+        let fail = |problem: CustomProblem| Err(CustomError::in_expression(at.clone(), problem));
         let opened = self.at;
         let called = self.take("(").is_some();
         match (Function::named(name), called) {
@@ -214,23 +207,21 @@ impl<'t> Parser<'t> {
                     arguments.push(self.sum()?);
                 }
                 self.close(opened)?;
-                let wanted = function.arguments();
-                if arguments.len() != wanted {
-                    let problem = format!("{name} takes {wanted}, here are {}", arguments.len());
-                    return fail(problem, "separate arguments by commas");
+                let (takes, found) = (function.arguments(), arguments.len());
+                if found != takes {
+                    let function = function.name();
+                    return fail(CustomProblem::Arguments { function, takes, found });
                 }
                 Ok(Tree { node: Node::Call(function, arguments), at: from..self.at })
             }
-            (Some(_), false) => {
-                fail(format!("{name} is a function"), &format!("write {name}(...)"))
-            }
+            (Some(_), false) => fail(CustomProblem::NotCalled(name.to_owned())),
             (None, true) if Variable::named(name).is_some() => {
-                fail(format!("{name} is no function"), "multiply with *")
+                fail(CustomProblem::VariableCalled(name.to_owned()))
             }
-            (None, true) => fail(
-                format!("there is no function {name}"),
-                &format!("there are {}; multiply with *", Function::NAMES.join(", ")),
-            ),
+            (None, true) => fail(CustomProblem::NoFunction {
+                name: name.to_owned(),
+                functions: Function::NAMES,
+            }),
             (None, false) => {
                 self.at = opened;
                 let node = match (name, Variable::named(name)) {
@@ -247,19 +238,17 @@ impl<'t> Parser<'t> {
         if let Some(index) = self.parameters.iter().position(|parameter| parameter == name) {
             return Ok(index);
         }
-        let mut names = Variable::NAMES.iter();
+        let mut names = Variable::NAMES.iter().copied();
         let slip = names.find(|known| known.len() > 3 && one_slip_apart(known, name));
-        if let Some(meant) = slip {
-            let problem = format!("`{name}` is neither a variable nor a good name for a parameter");
-            let hint = format!("did you mean {meant}?");
-            return Err(CustomError::in_expression(at.clone(), &problem, &hint));
+        let fail = |problem| Err(CustomError::in_expression(at.clone(), problem));
+        let name = name.to_owned();
+        if let Some(variable) = slip {
+            return fail(CustomProblem::LooksLike { name, variable });
         }
         if self.parameters.len() == PARAMETERS_MAX {
-            let problem = format!("`{name}` would be parameter number {}", PARAMETERS_MAX + 1);
-            let hint = format!("at most {PARAMETERS_MAX} can be fitted");
-            return Err(CustomError::in_expression(at.clone(), &problem, &hint));
+            return fail(CustomProblem::TooManyParameters { name, most: PARAMETERS_MAX });
         }
-        self.parameters.push(name.to_owned());
+        self.parameters.push(name);
         Ok(self.parameters.len() - 1)
     }
 }

@@ -2,8 +2,7 @@
 
 use core::fmt;
 
-/// What a unit may look like.
-pub(super) const HINT: &str = "for example 1, m, s/m, m/s^2, rad/m, s^2/m^2, 1/kg";
+use super::error::CustomProblem;
 
 /// Exponents of metre, second and kilogram.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,8 +12,8 @@ impl Unit {
     pub const ONE: Self = Self([0.0; 3]);
 
     /// Reads `m/s^2`, `rad/m`, `1/(kg m)` and the like.
-    pub fn parse(text: &str) -> Result<Self, String> {
-        let bad = |what: &str| Err(format!("`{what}` is no unit"));
+    pub fn parse(text: &str) -> Result<Self, CustomProblem> {
+        let bad = |what: &str| Err(CustomProblem::NotAUnit(what.to_owned()));
         let mut unit = Self::ONE;
         let (above, below) = match text.split_once('/') {
             Some((above, below)) => (above, Some(below)),
@@ -39,7 +38,7 @@ impl Unit {
                     "s" => 1,
                     "kg" => 2,
                     "mm" | "cm" | "km" | "ms" | "min" | "h" | "g" | "deg" | "mrad" | "%" => {
-                        return Err(format!("`{name}` is not an SI base unit"));
+                        return Err(CustomProblem::NotAnSiBaseUnit(name.to_owned()));
                     }
                     _ => return bad(factor),
                 };

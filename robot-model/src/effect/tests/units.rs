@@ -76,7 +76,7 @@ fn parameter_powers(effect: &dyn Effect) -> Vec<[f64; 3]> {
     let facts = effect.facts();
     let powers = |parameter: &Parameter| {
         dimensions(&parameter.unit)
-            .unwrap_or_else(|error| panic!("{} {}: {error}", facts.id, parameter.name))
+            .unwrap_or_else(|error| panic!("{} {}: {error:?}", facts.id, parameter.name))
     };
     facts.parameters.iter().map(powers).collect()
 }

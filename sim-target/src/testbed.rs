@@ -1,4 +1,4 @@
-//! The laboratory: measures a simulated robot, handles it, and breaks it.
+//! The testbed: measures a simulated robot, handles it, and breaks it.
 
 use core::cell::RefCell;
 use std::rc::Rc;
@@ -9,15 +9,15 @@ use crate::plant::{Plant, PlantFault, Pose};
 use crate::robot_task::{RobotTask, StoppedTasks};
 use crate::world::World;
 
-/// The laboratory around the robot: knows the true pose, measures, and injects faults.
+/// The testbed round the robot: knows the true pose, measures, and injects faults.
 #[derive(Clone)]
-pub struct Lab {
+pub struct Testbed {
     pub(crate) world: Rc<RefCell<World>>,
     pub(crate) flash: Flash,
     pub(crate) stopped: StoppedTasks,
 }
 
-impl Lab {
+impl Testbed {
     /// The robot's true pose.
     pub fn pose(&self) -> Pose {
         self.world.borrow_mut().plant_now().pose()

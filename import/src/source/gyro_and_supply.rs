@@ -4,9 +4,10 @@ use std::path::Path;
 
 use campaign::CampaignError;
 
-use super::{Choice, Sources, is_same};
+use super::offer::is_same;
+use super::{Choice, Sources};
 use crate::bag::{of_topic, stamp_s};
-use crate::log::{Beside, Note, error, ordered};
+use crate::log::{GyroAndSupply, Note, error, ordered};
 use crate::message::{Message, MessageType};
 
 impl Sources {
@@ -23,7 +24,10 @@ impl Sources {
     }
 
     /// Reads the only gyro and the only battery, or the gyro that was chosen.
-    pub(super) fn beside(&self, choice: &Choice) -> Result<(Beside, Vec<Note>), CampaignError> {
+    pub(super) fn gyro_and_supply(
+        &self,
+        choice: &Choice,
+    ) -> Result<(GyroAndSupply, Vec<Note>), CampaignError> {
         let mut notes = Vec::new();
         let mut only = |kind: MessageType, option: &str| match self.topics_of(kind)[..] {
             [] => None,
@@ -51,15 +55,15 @@ impl Sources {
                 topic
             }
         };
-        let mut beside = Beside::default();
+        let mut gyro_and_supply = GyroAndSupply::default();
         for topic in battery.into_iter().chain(imu) {
             let read =
                 of_topic(&self.with_topic(topic), topic, |message, log_time_s| match message {
                     Message::TurnRates { stamp, rad_s } => {
-                        beside.turn_rates.push((stamp_s(stamp, log_time_s).0, rad_s));
+                        gyro_and_supply.turn_rates.push((stamp_s(stamp, log_time_s).0, rad_s));
                     }
                     Message::Supply { stamp, volts } => {
-                        beside.supply_v.push((stamp_s(stamp, log_time_s).0, volts));
+                        gyro_and_supply.supply_v.push((stamp_s(stamp, log_time_s).0, volts));
                     }
                     Message::Joints(_) | Message::Poses(_) => {}
                 });
@@ -67,8 +71,8 @@ impl Sources {
             read?;
         }
         let finite = |rates: &[f64; 3]| rates.iter().all(|rate| rate.is_finite());
-        ordered(&mut beside.turn_rates, |sample| sample.0, |sample| finite(&sample.1));
-        ordered(&mut beside.supply_v, |sample| sample.0, |sample| sample.1.is_finite());
-        Ok((beside, notes))
+        ordered(&mut gyro_and_supply.turn_rates, |sample| sample.0, |sample| finite(&sample.1));
+        ordered(&mut gyro_and_supply.supply_v, |sample| sample.0, |sample| sample.1.is_finite());
+        Ok((gyro_and_supply, notes))
     }
 }

@@ -35,9 +35,9 @@ const AGAIN_AFTER: Duration = Duration::from_secs(1);
 /// Ramps of motions from the page, as a share of the largest acceleration.
 const ACCELERATION_SHARE: f64 = 0.5;
 
-/// Attends to the robot at this address until `end` is requested; if it is lost, it is looked for again. At the end a robot that
+/// Keeps a session with the robot at this address until `end` is requested; if it is lost, it is looked for again. At the end a robot that
 /// moves because of the page is left standing with its motors off: the error says that it was not.
-pub fn attend(
+pub fn keep_session(
     address: &Address,
     key: Option<&Key>,
     robot: &Robot,
@@ -45,13 +45,13 @@ pub fn attend(
 ) -> host_link::Result<()> {
     loop {
         let mut moves = false;
-        let attended = host_link::connect(address).and_then(|mut session| {
+        let ended = host_link::connect(address).and_then(|mut session| {
             if let Some(key) = key {
                 session.use_key(*key, key_file::random()?);
             }
-            host_link::block_on(Attendance::run(&mut session, robot, end, &mut moves))
+            host_link::block_on(RobotSession::run(&mut session, robot, end, &mut moves))
         });
-        match attended {
+        match ended {
             Ok(()) => return Ok(()),
             Err(error) if end.is_requested() && moves => return Err(error),
             Err(error) => robot.tell(json!({
@@ -73,7 +73,7 @@ pub fn attend(
 }
 
 /// An open session.
-struct Attendance<'a> {
+struct RobotSession<'a> {
     session: &'a mut Session,
     robot: &'a Robot,
     identity: Identity,
@@ -99,7 +99,7 @@ struct Driving {
     held: Instant,
 }
 
-impl<'a> Attendance<'a> {
+impl<'a> RobotSession<'a> {
     /// Until `end` is requested. `moves` says whether the robot may move because of the page.
     async fn run(
         session: &'a mut Session,
@@ -110,7 +110,7 @@ impl<'a> Attendance<'a> {
         session.open().await?;
         let identity = session.identify().await?;
         let config = session.read_config().await?;
-        let mut attendance = Self {
+        let mut robot_session = Self {
             session,
             robot,
             identity,
@@ -126,19 +126,19 @@ impl<'a> Attendance<'a> {
         let mut asked: Option<Instant> = None;
         while !end.is_requested() {
             if asked.is_none_or(|asked| asked.elapsed() > CONDITION_EVERY) {
-                attendance.ask_condition().await?;
+                robot_session.ask_condition().await?;
                 asked = Some(Instant::now());
             }
             for wish in robot.take_wishes() {
                 *moves |= matches!(wish, Wish::Hold(_));
-                attendance.carry_out(wish).await?;
+                robot_session.carry_out(wish).await?;
             }
-            attendance.session.listen(EVERY).await?;
-            attendance.take_what_came();
-            attendance.leave_off().await?;
-            *moves = attendance.armed || attendance.driving.is_some();
+            robot_session.session.listen(EVERY).await?;
+            robot_session.take_what_came();
+            robot_session.leave_off().await?;
+            *moves = robot_session.armed || robot_session.driving.is_some();
         }
-        attendance.bring_to_rest().await
+        robot_session.bring_to_rest().await
     }
 
     /// Brakes, and switches the motors off, if they are on because of the page.

@@ -16,7 +16,7 @@ use crate::drivetrain::effect::{Acting, Moment, MotorEffect, MotorFacts, MotorPa
 
 /// What a voltage that is missing depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Regressor {
+pub enum MotorRegressor {
     /// The wheel's speed.
     Speed,
     /// Its direction, or which wheel it is.
@@ -35,11 +35,11 @@ pub enum Regressor {
 
 /// What remains.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Remains {
+pub struct MotorUnexplained {
     /// What flexible functions could still explain is beyond chance, and worth speaking of.
     pub structure: bool,
     /// What it depends on, most first.
-    pub depends_on: Vec<Regressor>,
+    pub depends_on: Vec<MotorRegressor>,
     /// How often chance gives the best group as much.
     pub p_value: f64,
     /// Root mean square of what that group explains \[m\].
@@ -125,7 +125,6 @@ static FACTS: MotorFacts = MotorFacts {
     ],
     sign: "",
     shown_by: "",
-    confounded_with: &[],
     remedy: "",
 };
 
@@ -212,7 +211,7 @@ fn counts_columns(problem: &Problem<'_>) -> (Vec<DMatrix<f64>>, usize) {
 
 /// One group's functions, with their scale.
 fn group(
-    by: Regressor,
+    by: MotorRegressor,
     selected: &Selected,
     volts_max: f64,
     time_s: f64,
@@ -222,34 +221,38 @@ fn group(
     };
     let speed = selected.excitation.speed_mps_max;
     match by {
-        Regressor::Speed => with(SPEED, speed),
-        Regressor::Direction => with(DIRECTION, speed),
-        Regressor::Voltage => with(VOLTAGE, volts_max),
-        Regressor::Load => with(LOAD, volts_max),
-        Regressor::Angle => with(ANGLE.as_flattened(), 1.0),
-        Regressor::Time => with(TIME, time_s),
-        Regressor::Counts => Vec::new(),
+        MotorRegressor::Speed => with(SPEED, speed),
+        MotorRegressor::Direction => with(DIRECTION, speed),
+        MotorRegressor::Voltage => with(VOLTAGE, volts_max),
+        MotorRegressor::Load => with(LOAD, volts_max),
+        MotorRegressor::Angle => with(ANGLE.as_flattened(), 1.0),
+        MotorRegressor::Time => with(TIME, time_s),
+        MotorRegressor::Counts => Vec::new(),
     }
 }
 
 /// What remains beside a model.
-pub(super) fn remains(problem: &Problem<'_>, selected: &Selected, last: &Judged) -> Remains {
-    const ALL: [Regressor; 7] = [
-        Regressor::Speed,
-        Regressor::Direction,
-        Regressor::Voltage,
-        Regressor::Load,
-        Regressor::Angle,
-        Regressor::Time,
-        Regressor::Counts,
+pub(super) fn unexplained(
+    problem: &Problem<'_>,
+    selected: &Selected,
+    last: &Judged,
+) -> MotorUnexplained {
+    const ALL: [MotorRegressor; 7] = [
+        MotorRegressor::Speed,
+        MotorRegressor::Direction,
+        MotorRegressor::Voltage,
+        MotorRegressor::Load,
+        MotorRegressor::Angle,
+        MotorRegressor::Time,
+        MotorRegressor::Counts,
     ];
     let ends = problem.experiments.iter().map(|experiment| experiment.started_s);
     let time_s = ends.fold(1.0, f64::max);
     let volts_max = volts_max(problem);
-    let mut found: Vec<(Regressor, Vec<Modes>, Gain)> = ALL
+    let mut found: Vec<(MotorRegressor, Vec<Modes>, Gain)> = ALL
         .into_iter()
         .filter_map(|by| {
-            if by == Regressor::Counts {
+            if by == MotorRegressor::Counts {
                 let (added, len) = counts_columns(problem);
                 let usual = vec![USUAL_COUNTS_M; len];
                 let (_, costs) = linear_cross_validation(problem, &last.fitted, &added, &usual)?;
@@ -273,11 +276,11 @@ pub(super) fn remains(problem: &Problem<'_>, selected: &Selected, last: &Judged)
     found.sort_by(|a, b| problem.weighted(&a.1).total_cmp(&problem.weighted(&b.1)));
     let least_m = (2.0 * SIZE_M).max(SIZE_SHARE * problem.robot.resolution_m());
     let matters = |gain: &Gain| gain.p_value < P_MAX && gain.less > LESS && gain.size_m > least_m;
-    let depends_on: Vec<Regressor> =
+    let depends_on: Vec<MotorRegressor> =
         found.iter().filter(|(.., gain)| matters(gain)).map(|found| found.0).collect();
     let before_m = problem.rms_m(&last.costs);
     let best = found.first();
-    Remains {
+    MotorUnexplained {
         structure: !depends_on.is_empty(),
         depends_on,
         p_value: best.map_or(1.0, |(.., gain)| gain.p_value),

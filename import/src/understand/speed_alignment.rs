@@ -10,7 +10,7 @@ use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::plane::FlatPose;
 
 /// Speeds of both, how they go together, and what a user should know. Changes the unit of wheels that are not in radians.
-pub(super) fn together(
+pub(super) fn aligned_by_speed(
     wheels: &mut WheelLog,
     poses: &PoseLog,
     flat: &[FlatPose],

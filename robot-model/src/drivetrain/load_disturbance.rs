@@ -19,7 +19,7 @@ const HELD: f64 = 0.8;
 
 /// A push that both wheels feel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Push {
+pub struct LoadDisturbance {
     /// In volts at each motor, forwards positive.
     pub volts: f64,
     /// Friction holds the robot against it.
@@ -28,7 +28,7 @@ pub struct Push {
 
 impl Constants {
     /// The push on the robot, if both wheels show it beyond their intervals.
-    pub fn push(&self) -> Option<Push> {
+    pub fn load_disturbance(&self) -> Option<LoadDisturbance> {
         let asymmetry = |motor: &WheelMotor| 0.5 * (motor.ks_backward_v - motor.ks_forward_v);
         let half_width = |off: &HalfWidths| 0.5 * off.ks_backward_v.hypot(off.ks_forward_v);
         let WheelPair { left, right } = self.value.wheels;
@@ -38,7 +38,7 @@ impl Constants {
             && b.abs() > half_width(&self.half_widths_95.right);
         let friction_v = 0.5 * (left.ks_mean_v() + right.ks_mean_v());
         (shows && (a - b).abs() < ALIKE * volts.abs())
-            .then_some(Push { volts, held: volts.abs() < HELD * friction_v })
+            .then_some(LoadDisturbance { volts, held: volts.abs() < HELD * friction_v })
     }
 }
 
@@ -65,18 +65,18 @@ mod tests {
 
     #[test]
     fn a_slope_pushes_both_wheels_alike_and_a_motors_liking_does_not() {
-        let push = constants([0.35, 0.65, 0.30, 0.62]).push().unwrap();
+        let push = constants([0.35, 0.65, 0.30, 0.62]).load_disturbance().unwrap();
         assert!((push.volts - 0.155).abs() < 1e-12 && push.held, "{push:?}");
-        assert!(constants([0.65, 0.35, 0.62, 0.30]).push().unwrap().volts < 0.0);
+        assert!(constants([0.65, 0.35, 0.62, 0.30]).load_disturbance().unwrap().volts < 0.0);
         // Mirrored motors; one wheel alone; within the intervals.
         for ks_v in [[0.35, 0.65, 0.62, 0.30], [0.35, 0.65, 0.45, 0.45], [0.48, 0.52, 0.44, 0.47]] {
-            assert_eq!(constants(ks_v).push(), None, "{ks_v:?}");
+            assert_eq!(constants(ks_v).load_disturbance(), None, "{ks_v:?}");
         }
     }
 
     #[test]
     fn a_robot_that_is_about_to_roll_by_itself_is_not_held() {
-        assert!(!constants([0.0, 1.4, 0.0, 1.3]).push().unwrap().held);
-        assert!(!constants([1.3, 0.1, 1.3, 0.1]).push().unwrap().held);
+        assert!(!constants([0.0, 1.4, 0.0, 1.3]).load_disturbance().unwrap().held);
+        assert!(!constants([1.3, 0.1, 1.3, 0.1]).load_disturbance().unwrap().held);
     }
 }

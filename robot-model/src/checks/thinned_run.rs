@@ -21,13 +21,13 @@ const RADIUS_OVER_TRACK_MAX: f64 = 0.5;
 
 /// A thinned run.
 #[derive(Clone, Debug)]
-pub(super) struct Track {
+pub(super) struct ThinnedRun {
     /// The wheels, since the first sample.
     pub(super) wheels: Vec<WheelSample>,
     pub(super) poses: Vec<PoseMeasurement>,
 }
 
-impl Track {
+impl ThinnedRun {
     pub(super) fn of(robot: &Robot, wheels: &[WheelSample], poses: &[PoseMeasurement]) -> Self {
         Self { wheels: steps(robot, wheels), poses: every_few(poses, POSES) }
     }

@@ -11,7 +11,7 @@ use crate::robot::on_robot_with;
 pub const FLOOR_M: f64 = 3.0;
 
 /// What came of a tuning.
-pub struct Verdict {
+pub struct TuningOutcome {
     /// The tuning, or why not.
     pub tuned: Result<Box<Tuned>, String>,
     /// How far behind where it stood, and how far ahead, the robot's middle was \[m\].
@@ -34,7 +34,7 @@ impl UntunedRobot {
     }
 
     /// Tunes it.
-    pub fn tune(&self) -> Verdict {
+    pub fn tune(&self) -> TuningOutcome {
         let options = Options { config: Some(self.config.clone()), ..Options::default() };
         on_robot_with(&self.scenario, options, async |robot| {
             robot.listen(0.01).await;
@@ -48,7 +48,7 @@ impl UntunedRobot {
                 ahead.fold((0.0_f64, 0.0_f64), |(low, high), x_m| (low.min(x_m), high.max(x_m)));
             let state = robot.state().await;
             let config = robot.session.read_config().await.expect("it answers");
-            Verdict {
+            TuningOutcome {
                 tuned: tuned.map(Box::new).map_err(|error| error.to_string()),
                 range_m,
                 at_rest: matches!(state, State::Idle | State::Faulted),

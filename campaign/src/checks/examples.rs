@@ -249,7 +249,7 @@ const CASES: [(&str, Mutation, &str, Option<&str>, bool); 24] = [
         "wrap",
         wrap,
         "its 16-bit counter wrapped around",
-        Some("its 16-bit counter went round"),
+        Some("its 16-bit counter wrapped around"),
         false,
     ),
     (

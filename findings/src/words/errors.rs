@@ -82,3 +82,25 @@ fn readable(value: f64) -> String {
         format!("{value:e}")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_is_named_and_reads_well_whatever_its_size() {
+        let refused = |value| WheelWeightError::BadNumber { name: "dx", value };
+        assert_eq!(wheel_weight_error(&refused(0.0)), "dx cannot be 0");
+        assert_eq!(wheel_weight_error(&refused(1e300)), "dx cannot be 1e300");
+        let geometry = GeometryError { name: "track width", value: -0.4, limit: Limit::AboveZero };
+        assert_eq!(
+            track_fit_error(&TrackFitError::Geometry(geometry)),
+            "the track width is -0.4: it must be above zero"
+        );
+        let reading = OutAndBackError::Reading(WheelWeightError::Impossible { value: -1.0 });
+        assert_eq!(
+            out_and_back_error(&reading),
+            "this deviation gives W_T = -1: check its unit and the counts"
+        );
+    }
+}

@@ -15,7 +15,7 @@ const JUMP_MPS: f64 = 0.5;
 const JUMP_M: f64 = 0.03;
 /// Fewer samples do not show what is usual.
 const SAMPLES_MIN: usize = 20;
-/// What is left of a step after a counter went round is at most this many usual steps.
+/// What is left of a step after a counter wrapped around is at most this many usual steps.
 const WRAP_TIMES: f64 = 3.0;
 /// A counter restarted from zero if it is this near to zero, in usual steps and in counts.
 const ANEW: (f64, f64) = (3.0, 3.0);

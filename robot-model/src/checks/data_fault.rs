@@ -83,7 +83,7 @@ pub enum DataFault {
         /// Only the poses after the first of each run: the first is a mark on the floor, and was not measured.
         after_first: bool,
     },
-    /// A counter went round.
+    /// A counter wrapped around.
     CounterWraps {
         /// Whose.
         wheel: Wheel,

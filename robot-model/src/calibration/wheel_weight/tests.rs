@@ -203,10 +203,13 @@ fn bad_numbers_are_refused_by_name() {
         paper(Deviation::LateralOffset { y_m: f64::NAN, sigma_m: 0.0 }),
         paper(Deviation::Heading { heading_rad: 0.0, sigma_rad: -1.0 }),
     ]
-    .map(|experiment| experiment.wheel_weight().unwrap_err().to_string());
-    assert_eq!(errors[0], "dx cannot be 0");
-    assert_eq!(errors[1], "the lateral offset cannot be NaN");
-    assert_eq!(errors[2], "the uncertainty of the heading cannot be -1");
+    .map(|experiment| match experiment.wheel_weight() {
+        Err(WheelWeightError::BadNumber { name, value }) => format!("{name}: {value}"),
+        other => panic!("{other:?}"),
+    });
+    assert_eq!(errors[0], "dx: 0");
+    assert_eq!(errors[1], "the lateral offset: NaN");
+    assert_eq!(errors[2], "the uncertainty of the heading: -1");
     let still = Experiment {
         turns: WheelPair::both(0.0),
         ..paper(Deviation::Heading { heading_rad: 0.0, sigma_rad: 0.0 })

@@ -159,14 +159,14 @@ fn a_blocked_wheel_a_cut_encoder_and_a_dead_supply_are_named_and_nothing_is_chan
             "encoder_dead",
             "no wheel turned",
             "do not drive better",
-            "as these wheels did",
+            "did not respond to the voltages",
         ];
         fails(at_s, |testbed, _| testbed.inject(PlantFault::WheelBlocked(Wheel::Left)), &blocked);
         let dead = [
             "encoder_dead",
             "stall",
             "do not drive better",
-            "as these wheels did",
+            "did not respond to the voltages",
             "hardly turned",
         ];
         fails(at_s, |testbed, _| testbed.inject(PlantFault::EncoderUnplugged(Wheel::Right)), &dead);

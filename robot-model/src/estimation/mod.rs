@@ -11,6 +11,7 @@
 //! | `gyro.rs` | the same for the yaw rate sensor |
 //! | `normal_equations.rs`, `row_adder.rs` | sums of whitened rows; what adds them up |
 //! | `campaign_equations.rs` | those of all runs: solve, leave out, shift |
+//! | `left_out.rs`, `blocks.rs` | what predicts a run that is left out; the blocks of one that must predict itself |
 //! | `most_likely_noise.rs` | the most likely [`OdometryNoise`](crate::recording::OdometryNoise) |
 //! | `noise_segments.rs` | segments between poses, from which the noise is estimated |
 //! | `fit.rs` | parameters and noise of a model |
@@ -20,6 +21,7 @@
 //!
 //! Which effects belong in a model is decided in `selection`.
 
+pub(crate) mod blocks;
 pub(crate) mod campaign_equations;
 pub(crate) mod ekf;
 pub(crate) mod errors;

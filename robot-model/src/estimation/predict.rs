@@ -1,7 +1,7 @@
 //! Where does a model predict that the robot went? Open loop: from the start on, without the measured poses.
 
 use crate::effect::composition::{Composer, Term, Terms};
-use crate::estimation::row_adder::block_of;
+use crate::estimation::blocks::block_of;
 use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use crate::estimation::blocks::block_of;
 use crate::estimation::ekf::{FilterObserver, Innovation};
 use crate::estimation::normal_equations::NormalEquations;
 
@@ -14,11 +15,6 @@ pub(crate) struct RowAdder {
     columns: usize,
     steps: usize,
     blocks: Vec<Block>,
-}
-
-/// The block of a step, in a run that is cut into so many blocks of equal length.
-pub(crate) fn block_of(step: usize, steps: usize, blocks: usize) -> usize {
-    (step * blocks / steps.max(1)).min(blocks - 1)
 }
 
 /// The sums of one block. Of J'J, the lower triangle alone, column by column.

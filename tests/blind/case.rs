@@ -165,7 +165,8 @@ mod tests {
         for hard in Hard::TURNS {
             let share = Hard::TURNS.iter().filter(|other| **other == hard).count() * 70;
             let here = cases.iter().filter(|case| case.hard == hard).count();
-            assert!(here.abs_diff(share) <= 3, "{hard:?}: {here} of {share}");
+            // Those with a late camera move from two of them to the first.
+            assert!(here.abs_diff(share) <= 5, "{hard:?}: {here} of {share}");
         }
         assert!(
             cases.iter().filter(|case| case.kind == Kind::Two).all(|case| case.effects.len() == 2)

@@ -153,8 +153,8 @@ mod tests {
         assert!((read.heading_rad.unwrap() - 3f64.to_radians()).abs() < 1e-12);
         assert_eq!(parse_pose("1in 0mm").unwrap().heading_rad, None);
         for (bad, why) in [
-            ("1.8m", "no pose"),
-            ("1mm 2mm 3deg 4deg", "no pose"),
+            ("1.8m", "not a pose"),
+            ("1mm 2mm 3deg 4deg", "not a pose"),
             ("1.8 2", "unit"),
             ("1m 2deg", "unit"),
             ("1m 2m 3m", "unit"),

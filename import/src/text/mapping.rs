@@ -103,7 +103,7 @@ mod tests {
             ("left", "must be NAME=COLUMN"),
             ("t_s=", "must be NAME=COLUMN"),
             ("links=a", "is none of t_s,"),
-            ("t_s=stamp:h", "it may be in s, ms, us, ns"),
+            ("t_s=stamp:h", "which may be in s, ms, us, ns"),
             ("left_counts=enc:rad", "has no unit"),
         ] {
             let error = parse_mappings(wrong).unwrap_err();

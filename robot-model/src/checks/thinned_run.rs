@@ -19,7 +19,7 @@ const STEPS: usize = 120;
 const RADIUS_OVER_TRACK_MIN: f64 = 0.05;
 const RADIUS_OVER_TRACK_MAX: f64 = 0.5;
 
-/// A thinned run.
+/// A run with only so many poses and steps as its geometry and its clock need.
 #[derive(Clone, Debug)]
 pub(super) struct ThinnedRun {
     /// The wheels, since the first sample.

@@ -17,6 +17,7 @@ use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
 use crate::explain::progress::{Observer, Progress};
 use crate::explain::reachable_error::reachable_and_unexplained;
+use crate::explain::tolerance::tolerance_m;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
@@ -98,8 +99,6 @@ pub fn explain_observed(
     let rejected = rejected(&choice, known.iter().chain(&steps));
     let mean = mean(&choice);
     let predicts_with = averaged(&choice, &mean);
-    let noise = selected.noise.of_one_pose(prepared.poses_in_one);
-    let pose_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
     let answer = Answer {
         known,
         baseline,
@@ -117,7 +116,7 @@ pub fn explain_observed(
         noise: *weights,
         compared_by: choice.first_noise.of_one_pose(prepared.poses_in_one),
     };
-    Ok(answer.with_tolerance(TOLERANCE * pose_m))
+    Ok(answer.with_tolerance(tolerance_m(prepared, &selected.noise)))
 }
 
 /// These terms, with the radii and track width that are fitted along if any of these is of radii or track width.
@@ -157,9 +156,6 @@ fn rejected<'s>(choice: &Choice<'_>, steps: impl Iterator<Item = &'s StepFound>)
         })
         .collect()
 }
-
-/// What moves the robot by less than this share of the noise of one pose is not worth correcting.
-const TOLERANCE: f64 = 0.1;
 
 /// The errors of a model of these terms, fitted with this noise.
 pub(crate) fn errors(prepared: &Prepared, noise: &OdometryNoise, terms: &[Term<'_>]) -> ErrorPair {

@@ -8,6 +8,7 @@
 //! | `parameters.rs` | values and intervals |
 //! | `progress.rs` | [`Progress`]: what was found so far |
 //! | `reachable_error.rs` | what any model could reach, how far above it the error is, an equation for the rest |
+//! | `tolerance.rs` | what is too small to matter |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
@@ -29,6 +30,7 @@ pub(crate) mod progress;
 pub(crate) mod reachable_error;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tolerance;
 
 pub use answer::{
     Answer, Averaged, CandidateKind, Evidence, HeldOut, NextRun, ParameterFound,

@@ -34,6 +34,11 @@ impl Robot {
         position_sigma_m: None,
         heading_sigma_rad: None,
     };
+
+    /// Standard deviation of a wheel's travel by the rounding to whole counts, before and after it \[m\].
+    pub(crate) fn rounding_m(&self) -> f64 {
+        self.wheel_radius_m * self.rad_per_count / 6.0_f64.sqrt()
+    }
 }
 
 /// The wheels at one time.

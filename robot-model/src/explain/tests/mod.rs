@@ -4,3 +4,4 @@ mod averaged;
 mod explanation;
 mod held_out;
 mod suggestions;
+mod without_noise;

@@ -107,6 +107,24 @@ fn a_lens_that_bends_the_floor_does_not_pass_for_noise() {
     }
 }
 
+/// A tracker whose origin is across the room.
+fn seen_from_afar(mut campaign: Campaign) -> Campaign {
+    for pose in campaign.runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+        pose.position_m = pose.position_m.map(|[x_m, y_m]| [x_m + 4.0, y_m - 3.0]);
+    }
+    campaign
+}
+
+#[test]
+fn where_a_tracker_has_its_origin_changes_nothing_about_a_lens() {
+    let sound = campaign(&full_plan(), &[], 90);
+    let noise = mm(&explain(&sound).unwrap().baseline.cross_validated);
+    let answer = explain(&seen_from_afar(seen_through_a_lens(sound))).unwrap();
+    let least = mm(&answer.reachable);
+    println!("{least} {noise}");
+    assert!(least < 1.15 * noise, "{least} of {noise}");
+}
+
 #[test]
 fn on_a_sound_robot_the_reachable_error_is_that_of_the_model() {
     for seed in 0..4 {

@@ -91,8 +91,8 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
             }
             _ => {
                 "Each run is predicted by a fit to all the others (cross-validation), and what no other run shows by a fit \
-                to the rest of the run, so an effect gains nothing by overfitting. Bars are root mean squares over all runs; the upright mark is the error of the fit to all \
-                runs, and p is the probability that chance alone does as well as the effect."
+                to the rest of the run, so an effect gains nothing by overfitting. Bars are root mean squares over all \
+                runs; the upright mark is the error of the fit to all runs, and p is the probability that chance alone does as well as the effect."
             }
         },
     );

@@ -89,20 +89,20 @@ pub(crate) fn flexible(
         .collect();
     let thinned = thinned(prepared);
     let track_width_m = prepared.robot.track_width_m;
-    let lower = |one: &Choice<'_>, other: &Choice<'_>| {
-        let of = |choice: &Choice<'_>| displacement_m(&choice.errors, track_width_m);
+    let lower = |one: &FlexibleFit<'_>, other: &FlexibleFit<'_>| {
+        let of = |fit: &FlexibleFit<'_>| displacement_m(&fit.errors, track_width_m);
         of(one) < of(other)
     };
-    let choosing = Choosing { prepared, thinned: &thinned, pool: &pool };
-    let model = choosing.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
-    let mut best = choosing.with_groups_worth_adding(&model);
+    let search = GroupSearch { prepared, thinned: &thinned, pool: &pool };
+    let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
+    let mut best = search.with_groups_worth_adding(&model);
     if !lower(&best, &model) {
         best = model.clone();
     }
     for _ in 0..FALLS_MAX {
-        let Some(index) = choosing.lowers_tracks(&best) else { break };
+        let Some(index) = search.lowers_tracks(&best) else { break };
         // With it in the model there is less noise, and more is seen.
-        let next = choosing.with_groups_worth_adding(&choosing.with(&best, &[index]));
+        let next = search.with_groups_worth_adding(&search.with(&best, &[index]));
         if !lower(&next, &best) {
             break;
         }
@@ -118,7 +118,7 @@ pub(crate) fn flexible(
 
 /// Terms with the groups that were taken up, by their places in the pool.
 #[derive(Clone)]
-struct Choice<'a> {
+struct FlexibleFit<'a> {
     terms: Vec<Term<'a>>,
     taken: Vec<usize>,
     noise: OdometryNoise,
@@ -127,27 +127,27 @@ struct Choice<'a> {
 }
 
 /// What the groups are chosen from, and by which runs.
-struct Choosing<'c, 'a> {
+struct GroupSearch<'c, 'a> {
     prepared: &'c Prepared,
     thinned: &'c Prepared,
     pool: &'c [(Option<Regressor>, Term<'a>)],
 }
 
-impl<'a> Choosing<'_, 'a> {
+impl<'a> GroupSearch<'_, 'a> {
     fn evaluated(
         &self,
         terms: Vec<Term<'a>>,
         taken: Vec<usize>,
         noise: OdometryNoise,
-    ) -> Choice<'a> {
+    ) -> FlexibleFit<'a> {
         let errors = cross_validated_of(self.prepared, self.thinned, &terms, &noise);
-        Choice { terms, taken, noise, errors }
+        FlexibleFit { terms, taken, noise, errors }
     }
 
-    /// The choice with these groups as well.
-    fn with(&self, choice: &Choice<'a>, more: &[usize]) -> Choice<'a> {
-        let (terms, noise) = self.fitted_with(&choice.terms, more, choice.noise);
-        self.evaluated(terms, [&choice.taken, more].concat(), noise)
+    /// The fit with these groups as well.
+    fn with(&self, fit: &FlexibleFit<'a>, more: &[usize]) -> FlexibleFit<'a> {
+        let (terms, noise) = self.fitted_with(&fit.terms, more, fit.noise);
+        self.evaluated(terms, [&fit.taken, more].concat(), noise)
     }
 
     /// These terms and groups at their best values, and the noise that they leave.
@@ -168,9 +168,9 @@ impl<'a> Choosing<'_, 'a> {
         }
     }
 
-    /// The choice with all groups that are worth adding by (1), in a few rounds.
-    fn with_groups_worth_adding(&self, choice: &Choice<'a>) -> Choice<'a> {
-        let Choice { mut terms, mut taken, mut noise, .. } = choice.clone();
+    /// The fit with all groups that are worth adding by (1), in a few rounds.
+    fn with_groups_worth_adding(&self, fit: &FlexibleFit<'a>) -> FlexibleFit<'a> {
+        let FlexibleFit { mut terms, mut taken, mut noise, .. } = fit.clone();
         let before = taken.len();
         for _ in 0..ROUNDS_MAX {
             let more = groups_worth_adding(self.thinned, &terms, self.pool, &taken, &noise);
@@ -183,12 +183,12 @@ impl<'a> Choosing<'_, 'a> {
                 break;
             }
         }
-        if taken.len() == before { choice.clone() } else { self.evaluated(terms, taken, noise) }
+        if taken.len() == before { fit.clone() } else { self.evaluated(terms, taken, noise) }
     }
 
     /// The group that lowers displacements most by (2), if there is one.
-    fn lowers_tracks(&self, choice: &Choice<'a>) -> Option<usize> {
-        lowers_tracks(self.thinned, &choice.terms, self.pool, &choice.taken, &choice.noise)
+    fn lowers_tracks(&self, fit: &FlexibleFit<'a>) -> Option<usize> {
+        lowers_tracks(self.thinned, &fit.terms, self.pool, &fit.taken, &fit.noise)
     }
 }
 

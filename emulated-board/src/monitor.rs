@@ -10,7 +10,7 @@ use sim_target::{HostWire, Testbed};
 use crate::bug::Bug;
 use crate::flash_array::Flash;
 use crate::lines::{EncoderLines, LineFault};
-use crate::motor_driver::{BoardLines, Effect as MotorEffect};
+use crate::motor_driver::{BoardLines, Effect as MotorEffect, Wiring};
 
 /// What a procedure on the emulated board works with.
 pub struct Bench {
@@ -52,6 +52,7 @@ pub(crate) struct BoardState {
     pub bugs: Vec<Bug>,
     pub flash_operations: u64,
     pub power_on: Option<Flash>,
+    pub soldered: Option<Wiring>,
     pub stop_line_open: bool,
     pub clock_fails: bool,
     pub random_fails: bool,
@@ -138,6 +139,11 @@ impl BoardMonitor {
     /// The chip sees a reset by its pin, and reports that as the cause.
     pub fn power_cycle(&self, flash: Flash) {
         self.0.borrow_mut().power_on = Some(flash);
+    }
+
+    /// Solders another motor driver to the board, in no time.
+    pub fn solder(&self, wiring: Wiring) {
+        self.0.borrow_mut().soldered = Some(wiring);
     }
 
     /// Pulls the reset pin, shortly; RAM keeps its content.

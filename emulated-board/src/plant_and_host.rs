@@ -38,6 +38,9 @@ impl PlantAndHost {
     /// Advances the plant to the chip's time and exchanges their signals.
     pub fn meet(&mut self, board: &mut Nucleo, at: VirtualNanos) {
         self.chassis.advance_to(at.0 / 1000);
+        if let Some(wiring) = self.monitor.0.borrow_mut().soldered.take() {
+            self.wiring = wiring;
+        }
         for wheel in Wheel::BOTH {
             let count = self.chassis.encoder_step(wheel).count_after;
             let levels = self.monitor.0.borrow_mut().lines.levels(wheel, count);

@@ -95,7 +95,7 @@ fn cases(number: u32, before: &Flash, save: &[Operation]) -> Vec<Case> {
     let allowed = [number.checked_sub(1), Some(number)];
     let erasure = save.iter().position(|o| matches!(o, Operation::Erase { .. }));
     // Of a save that erases, the first and the last operations, in which the record begins and becomes valid, as well.
-    let step = if erasure.is_some() { 6 } else { 13 };
+    let step = if erasure.is_some() { 15 } else { 26 };
     let mut cases = Vec::new();
     for (index, &operation) in save.iter().enumerate() {
         let at_an_end = index < ENDS || index + ENDS >= save.len();

@@ -13,6 +13,8 @@ use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
 use crate::effect::net_change::{NetChange, net_change};
+use crate::estimation::fit::fit_noise;
+use crate::estimation::most_likely_noise::Search;
 use crate::explain::held_out;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
@@ -57,13 +59,21 @@ pub struct Comparer {
 }
 
 impl Comparer {
-    /// Estimates the noise: the residual with those effects of the catalogue and of `more` that `explain` accepts.
+    /// Estimates the noise: the residual with those effects of the catalogue and of `more` that `explain` accepts. Of
+    /// more than `CHOOSING_RUNS_MAX` runs a share chooses the effects, and all tell the noise.
     pub fn new(campaign: &Campaign, more: &[&dyn Effect]) -> Result<Self, RecordingError> {
         let aligned = clocks::align(campaign)?.0;
         let mut effects: Vec<&dyn Effect> = CATALOGUE.to_vec();
         effects.extend(more);
         let lighter = aligned.prepare_lighter()?;
-        let noise = select(&lighter, &effects).fitted.noise.of_one_pose(lighter.poses_in_one);
+        let noise = match share(&aligned) {
+            None => select(&lighter, &effects).fitted.noise,
+            Some(share) => {
+                let chosen = select(&share.prepare_lighter()?, &effects).fitted;
+                fit_noise(&lighter, &chosen.terms, chosen.noise, Search::Near)
+            }
+        };
+        let noise = noise.of_one_pose(lighter.poses_in_one);
         Ok(Self::of(aligned.prepare()?, noise))
     }
 
@@ -117,6 +127,22 @@ impl Comparer {
     pub fn net_change(&self, effect: &EffectWithValues<'_>) -> Option<NetChange> {
         net_change(&self.prepared, &terms(std::slice::from_ref(effect))[0])
     }
+}
+
+/// About so many runs at most choose the effects without which the noise is measured: what these do not show moves no pose by
+/// much of its noise.
+pub(super) const CHOOSING_RUNS_MAX: usize = 500;
+
+/// Runs of a campaign that has many: evenly spread, but with no period, as the kinds of runs in a plan often have one.
+pub(super) fn share(campaign: &Campaign) -> Option<Campaign> {
+    /// Its multiples fall evenly between whole numbers.
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let share = CHOOSING_RUNS_MAX as f64 / campaign.runs.len() as f64;
+    (share < 1.0).then(|| {
+        let chosen = |index: usize| (index as f64 * GOLDEN).fract() < share;
+        let runs = campaign.runs.iter().enumerate().filter(|(index, _)| chosen(*index));
+        Campaign { robot: campaign.robot, runs: runs.map(|(_, run)| run.clone()).collect() }
+    })
 }
 
 /// Sets the heading of each step: the last one measured before it, carried on by the wheels.

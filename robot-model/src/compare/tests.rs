@@ -1,5 +1,6 @@
 //! Comparisons of simulated robots of known truth with known models.
 
+use super::comparison::{CHOOSING_RUNS_MAX, share};
 use super::*;
 use crate::effect::composition::Term;
 use crate::effect::{CATALOGUE, Custom, Effect, NetChange, Ways};
@@ -152,4 +153,24 @@ fn an_explanation_has_the_noise_that_a_comparison_would_estimate() {
         let answer = explain_with(&runs, &catalogue).unwrap();
         assert_eq!(answer.compared_by, *Comparer::new(&runs, &more).unwrap().noise());
     }
+}
+
+#[test]
+fn of_many_runs_a_share_chooses_the_effects_and_all_tell_the_noise() {
+    // Of two kinds by turns: neither of them alone tells a pull from a radius.
+    let plan = part_of_plan(&["out_and_back_1", "spin_0.2_13"]);
+    let truth = [term("heading_pull", &[0.02])];
+    let mut many = campaign(&plan, &truth, 0);
+    for seed in 1..=(CHOOSING_RUNS_MAX as u64 / plan.len() as u64 + 50) {
+        many.runs.extend(campaign(&plan, &truth, seed).runs);
+    }
+    let chosen_by = share(&many).expect("there are many").runs.len();
+    assert!(chosen_by < many.runs.len() && chosen_by <= CHOOSING_RUNS_MAX + 5, "{chosen_by}");
+    let comparison =
+        Comparer::new(&many, &[]).unwrap().compare(&[effect_with_values("heading_pull", &[0.02])]);
+    for Rms { rms, noise, .. } in [comparison.position_m, comparison.heading_rad] {
+        assert!((noise / rms).ln().abs() < 0.05, "{noise} of {rms}");
+    }
+    many.runs.truncate(CHOOSING_RUNS_MAX);
+    assert!(share(&many).is_none(), "few runs choose by themselves");
 }

@@ -70,4 +70,13 @@ mod tests {
         let expected = paths(&["README.md", "docs/a.md", "docs/b/c.md", "new.md", "docs/new.md"]);
         assert_eq!(with_new(tracked, others), expected);
     }
+
+    #[test]
+    fn what_is_released_checks_its_arithmetic() {
+        let text = std::fs::read_to_string(root().join("Cargo.toml")).unwrap();
+        let manifest: toml::Table = text.parse().unwrap();
+        let release = manifest["profile"]["release"].as_table().unwrap();
+        assert_eq!(release["overflow-checks"].as_bool(), Some(true));
+        assert!(!release.contains_key("package"), "a package of its own would be without");
+    }
 }

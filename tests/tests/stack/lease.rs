@@ -276,6 +276,25 @@ fn a_stop_needs_no_hello_but_all_else_does() {
 }
 
 #[test]
+fn whoever_said_no_hello_arms_nothing_although_others_said_one() {
+    on_robot(&Scenario::default(), async |robot| {
+        // This host has said hello, and nobody drives.
+        assert_eq!(robot.state().await, State::Idle);
+        let mut encoder = Encoder::new();
+        for take in [false, true] {
+            let until_ms = now_us() / 1000 + 200;
+            let command = Command::Arm { take };
+            let request = Request { session: 99, id: 1, until_ms, command };
+            robot.wire.write_now(&encoder.message(&request));
+            sleep_until_us(now_us() + 10_000).await;
+            assert_eq!(robot.state().await, State::Idle, "take: {take}");
+        }
+        robot.tell(Command::Arm { take: false }).await;
+        assert_eq!(robot.state().await, State::Armed);
+    });
+}
+
+#[test]
 fn a_host_that_takes_over_ends_the_motion_of_the_other_with_its_lease() {
     on_robot(&Scenario::default(), async |robot| {
         let id = robot.cruise(&ahead(), 1.0).await;

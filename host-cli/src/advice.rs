@@ -42,6 +42,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::ConnectionLost { .. } => {
             "it was unplugged, or the program at the other end ended; without its host a robot stops by itself"
         }
+        Error::Forgotten { .. } => "end some of them, then try again",
         Error::Restarted { .. } => "check its supply; what was not saved is lost",
         Error::ReadBackDiffers => "nothing was saved; try again, and report it if it happens twice",
         Error::Refused { refusal, .. } => return on_refusal(refusal),
@@ -53,6 +54,9 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::NoTelemetry => "is the line too slow? raise the baud rate",
         Error::StartTooLate => {
             "check the cable and the baud rate: too high for the cable, or too low for the telemetry"
+        }
+        Error::NotRenewed { .. } => {
+            "a computer that sleeps, or has too much to do, cannot drive a robot"
         }
         Error::ClockCrawls { .. } => {
             "check the robot's clock source; a simulated robot needs a faster computer"

@@ -75,7 +75,12 @@ pub enum Error {
         /// The system's error.
         cause: io::Error,
     },
-    /// The robot has forgotten this session.
+    /// The robot has forgotten this session, which others have pushed out: its clock went on.
+    Forgotten {
+        /// The port.
+        port: String,
+    },
+    /// The robot has forgotten this session, and its clock began anew.
     Restarted {
         /// The port.
         port: String,
@@ -108,6 +113,11 @@ pub enum Error {
     NeverEnded,
     /// Another host stopped the robot before its motion was over.
     StoppedByAnother,
+    /// The robot stopped by itself, as this computer did not renew its motion in time.
+    NotRenewed {
+        /// For how long it said nothing \[s\].
+        silent_s: f64,
+    },
     /// The robot sent a configuration that no robot can have.
     InvalidConfig {
         /// The field and what is wrong with it.
@@ -189,6 +199,9 @@ impl fmt::Display for Error {
             Self::ConnectionLost { port, cause } => {
                 write!(f, "the connection to {port} was lost: {cause}")
             }
+            Self::Forgotten { port } => {
+                write!(f, "more hosts use the robot on {port} than it remembers, and it has forgotten this one")
+            }
             Self::Restarted { port } => {
                 write!(f, "the robot on {port} restarted during this command")
             }
@@ -225,6 +238,10 @@ impl fmt::Display for Error {
                 "after {waited_s:.0} s the robot's clock had counted only {elapsed_s:.1} s of the motion, so the robot was stopped"
             ),
             Self::StoppedByAnother => f.write_str("another host stopped the robot"),
+            Self::NotRenewed { silent_s } => write!(
+                f,
+                "the robot stopped by itself, because this computer said nothing for {silent_s:.1} s"
+            ),
             Self::NeverEnded => f.write_str("the robot stands still, but did not reach the end of its motion"),
             Self::NeverStands => {
                 f.write_str("the robot does not come to a standstill at the end of its motion")

@@ -6,6 +6,9 @@ use std::time::Duration;
 /// What is known widens by one part in this many: ten times as much as two crystals differ.
 const DRIFT: u64 = 1000;
 
+/// A frame arrives at most so long after it was made \[us\].
+const DELAY_US_MAX: i64 = 1_000_000;
+
 /// So many requests are remembered, to know when one was sent whose reply arrives.
 const SENT_MAX: usize = 32;
 
@@ -54,6 +57,14 @@ impl RobotClock {
             at_us: now_us,
         });
         self.offset = Some(both.filter(|both| both.least_us <= both.most_us).unwrap_or(new));
+    }
+
+    /// Whether a time of the robot's clock that arrives now is that of the clock that was heard before: a restart sets it
+    /// to zero.
+    pub fn goes_on(&self, robot_us: u64, now_us: u64) -> bool {
+        let offset_us = (robot_us as i64).wrapping_sub(now_us as i64);
+        self.offset_at(now_us)
+            .is_some_and(|known| offset_us >= known.least_us.saturating_sub(DELAY_US_MAX))
     }
 
     /// When a lease of this length ends that is given now, on the robot's clock \[ms\]. Before the robot was heard
@@ -130,6 +141,17 @@ mod tests {
             println!("rate {rate}: {late_ms:.1} ms late at most");
             assert!(late_ms <= 170.0, "{rate}: {late_ms}");
         }
+    }
+
+    #[test]
+    fn a_clock_that_goes_on_is_told_from_one_that_began_anew() {
+        let mut clock = RobotClock::default();
+        assert!(!clock.goes_on(5_000_000, 90_000_000), "nothing is known");
+        clock.send(1, 89_999_000);
+        clock.hear(5_000_000, Some(1), 90_000_000);
+        assert!(clock.goes_on(7_000_000, 92_000_000));
+        assert!(clock.goes_on(6_600_000, 92_000_000), "a frame that was held back");
+        assert!(!clock.goes_on(300_000, 92_000_000), "a restart");
     }
 
     #[test]

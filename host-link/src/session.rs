@@ -367,8 +367,12 @@ impl Session {
         // Neither can be sealed by a key that we know, as the robot has a new one. They claim nothing else.
         let port = || self.port.clone();
         match reply {
-            Reply { id: 0, outcome: Err(Refusal::HelloFirst), .. } => {
-                return Err(Error::Restarted { port: port() });
+            Reply { id: 0, t_us, outcome: Err(Refusal::HelloFirst), .. } => {
+                let goes_on = self.robot_clock.goes_on(t_us, self.clock.now_us());
+                return Err(match goes_on {
+                    true => Error::Forgotten { port: port() },
+                    false => Error::Restarted { port: port() },
+                });
             }
             Reply { id: 0, outcome: Err(Refusal::Key), .. } if !self.sealing.has_key() => {
                 return Err(Error::KeyNeeded { port: port() });

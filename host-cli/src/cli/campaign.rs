@@ -174,6 +174,11 @@ impl FromStr for FloorSize {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mass(pub f64);
 
+impl Mass {
+    /// As a plan may have.
+    const KG_MAX: f64 = 1e5;
+}
+
 impl FromStr for Mass {
     type Err = String;
 
@@ -183,9 +188,9 @@ impl FromStr for Mass {
             (None, Some(number)) => (number, 1e-3),
             (None, None) => return Err("no unit: 3kg or 500g".into()),
         };
-        match number.trim().parse::<f64>() {
-            Ok(value) if value > 0.0 && value.is_finite() => Ok(Self(value * kg)),
-            _ => Err("must be a number above zero, and kg or g".into()),
+        match number.trim().parse::<f64>().map(|number| number * kg) {
+            Ok(kg) if kg > 0.0 && kg <= Self::KG_MAX => Ok(Self(kg)),
+            _ => Err("must be a number above zero and up to 100000, and kg or g".into()),
         }
     }
 }

@@ -9,7 +9,7 @@ use super::rest::{
     bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
 };
 use crate::error::{Error, Result};
-use crate::session::Session;
+use crate::session::{LEASE, Session};
 
 /// A velocity is commanded this often.
 pub const EVERY: Duration = Duration::from_millis(30);
@@ -71,6 +71,7 @@ async fn follow(
     session.request(Command::Arm { take: false }).await?;
     let motion = session.new_motion();
     let start_us = session.clock().now_us();
+    let mut renewed_us = start_us;
     loop {
         stop_if_cancelled(session)?;
         // The clock may have been set back.
@@ -79,7 +80,9 @@ async fn follow(
         let Some(Twist { forward_mps, turn_rad_s }) = wanted(elapsed_s) else { return Ok(()) };
         let velocity = Velocity { motion, forward_mps, turn_rad_s, acceleration_mps2 };
         *fastest_mps = fastest_mps.max(forward_mps.abs());
+        let silent = Duration::from_micros(session.clock().now_us().saturating_sub(renewed_us));
         let answer = session.ask(Command::Velocity(velocity)).await?;
+        renewed_us = session.clock().now_us();
         *commanded |= answer.is_ok();
         let ended = session.take_events().any(|event| ends_motion(&event, motion));
         if ended && answer.is_ok() {
@@ -88,6 +91,9 @@ async fn follow(
         }
         answer.map_err(|refusal| match refusal {
             Refusal::Faulted(report) if *commanded => Error::Faulted(report),
+            Refusal::NoSuchMotion if *commanded && silent > LEASE => {
+                Error::NotRenewed { silent_s: silent.as_secs_f64() }
+            }
             Refusal::NoSuchMotion | Refusal::Driven if *commanded => Error::StoppedByAnother,
             refusal => Error::Refused { request: "drive", refusal },
         })?;

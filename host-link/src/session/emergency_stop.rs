@@ -23,7 +23,7 @@ impl Session {
                     Ok(true) => {}
                     Ok(false) => break,
                     // To a request of before the hello, or the session is over.
-                    Err(Error::Restarted { .. }) => {
+                    Err(Error::Restarted { .. } | Error::Forgotten { .. }) => {
                         self.close_if_open();
                         continue;
                     }

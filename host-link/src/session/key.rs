@@ -33,7 +33,10 @@ impl Session {
             // The answer may have been sealed by a key that is not ours any more.
             Ok(_)
             | Err(
-                Error::Restarted { .. } | Error::StoppedAnswering { .. } | Error::KeyNeeded { .. },
+                Error::Restarted { .. }
+                | Error::Forgotten { .. }
+                | Error::StoppedAnswering { .. }
+                | Error::KeyNeeded { .. },
             ) => {}
             Err(error) => return Err(error),
         }

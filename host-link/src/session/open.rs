@@ -26,7 +26,7 @@ impl Session {
                         break;
                     }
                     // To a request of before.
-                    Err(Error::Restarted { .. }) => continue,
+                    Err(Error::Restarted { .. } | Error::Forgotten { .. }) => continue,
                     Err(error) => return Err(error),
                 }
                 if let Some(theirs) = self.hello {

@@ -239,14 +239,21 @@ fn windows(run: &PreparedRun) -> Vec<(f64, PreparedRun)> {
     let Some((first, last)) = poses.first().zip(poses.last()) else { return Vec::new() };
     let span_s = last.t_s - first.t_s;
     let count = (span_s / WINDOW_S).round().max(2.0);
-    let mut windows = Vec::new();
-    for k in 0..count as usize {
-        let edge = |k: f64| first.t_s + span_s * k / count;
-        let (from_s, to_s) = (edge(k as f64), edge(k as f64 + 1.0));
-        let within = poses.iter().filter(|pose| (from_s..=to_s).contains(&pose.t_s));
-        let within: Vec<_> = within.copied().collect();
-        if within.len() >= POSES_MIN {
-            windows.push(((from_s + to_s) / 2.0, window(run, within)));
+    let edge = |k: f64| first.t_s + span_s * k / count;
+    let (mut windows, mut k) = (Vec::new(), 0.0);
+    while k < count {
+        let (from_s, to_s) = (edge(k), edge(k + 1.0));
+        let begin = poses.partition_point(|pose| pose.t_s < from_s);
+        let end = poses.partition_point(|pose| pose.t_s <= to_s);
+        let Some(next) = poses.get(begin) else { break };
+        if end >= begin + POSES_MIN {
+            windows.push(((from_s + to_s) / 2.0, window(run, poses[begin..end].to_vec())));
+        }
+        // A clock that jumps by years leaves windows without a pose: as many as it likes, and they are not looked at.
+        let of_next = ((next.t_s - first.t_s) / span_s * count).floor();
+        k = if end == begin { of_next.max(k + 1.0) } else { k + 1.0 };
+        if k + 1.0 <= k {
+            break;
         }
     }
     windows

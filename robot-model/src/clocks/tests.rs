@@ -54,3 +54,22 @@ fn clocks_that_agree_are_left_alone_whatever_effect_is_there() {
         assert!(clocks.is_empty(), "{effect:?}: {clocks:?}");
     }
 }
+
+#[test]
+fn a_clock_that_jumps_by_years_or_more_costs_no_time_and_moves_no_other_run() {
+    for jump_s in [1.7e9, 1e18] {
+        let mut runs = campaign(&full_plan(), &[], 7);
+        let jumps = &mut runs.runs[3];
+        let mut sample = *jumps.wheels.last().expect("it drove");
+        sample.t_s += jump_s;
+        jumps.wheels.push(sample);
+        let mut pose = *jumps.measured_poses.last().expect("it was seen");
+        pose.t_s += jump_s;
+        jumps.measured_poses.push(pose);
+        let name = jumps.name.clone();
+        // As many windows as the jump is long would not be looked at within a year.
+        let clocks = found(&runs);
+        let mut others = clocks.iter().filter(|clock| clock.run != name);
+        assert!(others.all(|clock| clock.offset_s.abs() < 0.015), "{jump_s} s: {clocks:?}");
+    }
+}

@@ -3,9 +3,11 @@
 use std::f64::consts::TAU;
 
 use beeline_tests::robot::{Robot, meters, on_robot};
+use futures_lite::future;
+use host_link::Error;
 use host_link::motion::{Twist, drive_at};
 use shared_proto::{Command, MotionEnd, MotionError, MotionId, Refusal, State, Velocity};
-use sim_target::{Scenario, now_us};
+use sim_target::{Scenario, now_us, sleep_until_us};
 
 use crate::motion::{check_no_jump, fast_line};
 use crate::safety::begins_to_stop_us;
@@ -170,5 +172,25 @@ fn a_host_drives_at_velocities_from_start_to_standstill() {
         assert!((0.9..1.4).contains(&pose.heading_rad), "{pose:?}");
         assert!(pose.x_m.hypot(pose.y_m) > 0.6, "{pose:?}");
         assert_eq!((robot.state().await, robot.fault().await), (State::Idle, None));
+    });
+}
+
+#[test]
+fn a_host_that_slept_says_that_the_robot_stopped_by_itself_and_blames_nobody() {
+    on_robot(&Scenario::default(), async |robot| {
+        let begun_us = now_us();
+        let mut twist = |_| Some(Twist { forward_mps: 0.15, turn_rad_s: 0.0 });
+        let mut driven = Box::pin(drive_at(&mut robot.session, 0.5, &mut twist));
+        let awake = async {
+            sleep_until_us(begun_us + 2_000_000).await;
+            None
+        };
+        let ended = future::or(async { Some(driven.as_mut().await) }, awake).await;
+        assert!(ended.is_none(), "it drives: {ended:?}");
+        // Nobody asks the drive to go on.
+        sleep_until_us(begun_us + 3_500_000).await;
+        let ended = driven.await;
+        let Err(Error::NotRenewed { silent_s }) = ended else { panic!("{ended:?}") };
+        assert!((1.4..1.7).contains(&silent_s), "{silent_s}");
     });
 }

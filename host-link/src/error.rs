@@ -213,14 +213,7 @@ impl fmt::Display for Error {
             Self::ReadBackDiffers => {
                 f.write_str("the configuration read back differs from the one written")
             }
-            Self::Faulted(report) => {
-                write!(f, "the robot stopped with a fault: {}", FaultInWords(report))?;
-                match report.followed_by {
-                    0 => Ok(()),
-                    1 => f.write_str(", and one more fault after it"),
-                    n => write!(f, ", and {n} more faults after it"),
-                }
-            }
+            Self::Faulted(report) => faulted(f, report),
             Self::AlreadyMoving(state) => write!(
                 f,
                 "not driven: the robot is already {}, by an earlier command",
@@ -345,6 +338,15 @@ impl fmt::Display for FaultInWords<'_> {
             }
             (_, None) => Ok(()),
         }
+    }
+}
+
+fn faulted(f: &mut fmt::Formatter<'_>, report: &FaultReport) -> fmt::Result {
+    write!(f, "the robot stopped with a fault: {}", FaultInWords(report))?;
+    match report.followed_by {
+        0 => Ok(()),
+        1 => f.write_str(", and one more fault after it"),
+        n => write!(f, ", and {n} more faults after it"),
     }
 }
 

@@ -76,13 +76,13 @@ impl Robot {
     async fn assert_turns(&mut self, sign: f64, case: &Case) {
         let motion = Motion { distance: WheelPair::both(20.0 * sign), ..AHEAD };
         let before = self.0.testbed.plant(|plant| plant.wheel_angles_rad());
-        let id = self.cruise(&motion, 1_500).await;
+        let id = self.cruise(&motion, 1_800).await;
         let effect = self.0.monitor.motor_effect();
         let after = self.0.testbed.plant(|plant| plant.wheel_angles_rad());
         let name = case.driver.name();
         for wheel in Wheel::BOTH {
             let turned_rad = (after.get(wheel) - before.get(wheel)) * sign;
-            // 0.523 turns/s after one second of ramp.
+            // 0.523 turns/s after the encoder check and one second of ramp.
             assert!((2.0..4.5).contains(&turned_rad), "{name}, {sign}: {turned_rad} rad");
             let MotorEffect { forward, backward, brake, coast } = *effect.get(wheel);
             let (with, against) =

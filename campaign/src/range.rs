@@ -23,6 +23,9 @@ const fn range(least: f64, most: f64, unit: &'static str) -> Range {
 /// Every whole number up to this one is exact.
 const EXACT: f64 = 9_007_199_254_740_992.0;
 
+/// A load on the robot.
+pub const PAYLOAD_KG: Range = range(0.0, 1e5, "kg");
+
 /// The keys of `robot.toml`. A length may be in micrometres or kilometres by mistake.
 pub(crate) const KEYS: [(&str, Range); 9] = [
     ("wheel_radius_m", range(1e-6, 1e6, "m")),
@@ -34,7 +37,7 @@ pub(crate) const KEYS: [(&str, Range); 9] = [
     ("supply_v", range(0.01, 1e4, "V")),
     // Seconds since 1970, too.
     ("started_s", range(-1e11, 1e11, "s")),
-    ("payload_kg", range(0.0, 1e5, "kg")),
+    ("payload_kg", PAYLOAD_KG),
 ];
 
 /// The keys of `plan.toml`; distances and turns have either sign. A plan is written to the micrometre, the microsecond and the
@@ -48,7 +51,7 @@ const PLAN_KEYS: [(&str, Range); 9] = [
     ("speed_mps", range(1e-6, 1e3, "m/s")),
     ("rest_s", range(1e-6, 1e6, "s")),
     ("heading_deg", range(-1e6, 1e6, "degrees")),
-    ("payload_kg", range(0.0, 1e5, "kg")),
+    ("payload_kg", PAYLOAD_KG),
 ];
 
 /// The range of a key of `plan.toml`.

@@ -15,6 +15,7 @@ use rigless::time::VirtualNanos;
 use shared_proto::{Wheel, WheelPair};
 
 use crate::motor_driver::{BoardLines, WheelLines, Wiring};
+use crate::translations;
 use crate::uart_peer::UartPeer;
 
 /// How long the emulated core takes for an instruction \[ns\].
@@ -182,7 +183,7 @@ impl Board for Nucleo {
 
     fn targets(&mut self) -> Vec<Target<'_>> {
         let lines = u32::from(Operate::cpu(&self.mcu).interrupt_lines);
-        let core = armv7m::Core {
+        let mut core = armv7m::Core {
             variant: armv7m::Variant::M4,
             clock_hz: NonZeroU64::new(CLOCK_HZ).expect("a running clock"),
             interrupt_lines: NonZeroU32::new(lines).expect("a chip with interrupts"),
@@ -198,6 +199,9 @@ impl Board for Nucleo {
             armv7m::Fpu::FpV4Sp,
             if self.mpu { armv7m::MpuRegions::Eight } else { armv7m::MpuRegions::None },
         );
+        if !self.mpu {
+            core.processor = translations::kept(core.processor);
+        }
         vec![Target::new("stm32f429zi", &mut self.memory, core)]
     }
 }

@@ -39,6 +39,7 @@ mod plant_and_host;
 mod random;
 pub mod random_faults;
 mod stack;
+mod translations;
 mod uart_peer;
 
 pub use board::{INSTRUCTION_NS, Nucleo};
@@ -53,3 +54,4 @@ pub use lines::{Line, LineFault};
 pub use monitor::{Bench, BoardMonitor, Powered};
 pub use motor_driver::{BoardLines, Effect as MotorEffect, WheelLines, Wiring};
 pub use stack::StackDepth;
+pub use translations::forget_translations;

@@ -7,6 +7,7 @@
 mod config;
 mod emergency_stop;
 mod key;
+mod motion_ids;
 mod open;
 mod sealing;
 mod telemetry;
@@ -29,7 +30,7 @@ use crate::stream::Stream;
 use crate::validate::{KEPT_MAX, keep_latest, plain};
 use crate::wire::Wire;
 
-use self::sealing::Sealing;
+use self::{motion_ids::MotionIds, sealing::Sealing};
 
 /// A request without a reply is repeated after this long: ten times a round trip over USB.
 const RETRY_AFTER: Duration = Duration::from_millis(40);
@@ -67,7 +68,7 @@ pub struct Session {
     encoder: Encoder,
     decoder: Decoder,
     next_id: u32,
-    motions: u32,
+    motions: MotionIds,
     replies: VecDeque<Reply>,
     hello: Option<Hello>,
     challenge: Option<Nonce>,
@@ -96,7 +97,7 @@ impl Session {
             encoder: Encoder::new(),
             decoder: Decoder::new(),
             next_id: 1,
-            motions: 0,
+            motions: MotionIds::of_session(number),
             replies: VecDeque::new(),
             hello: None,
             challenge: None,
@@ -142,10 +143,9 @@ impl Session {
         self.robot_clock.lease_end_ms(LEASE, self.clock.now_us())
     }
 
-    /// A number for the next motion, different from that of the last.
+    /// A number for the next motion.
     pub fn new_motion(&mut self) -> MotionId {
-        self.motions += 1;
-        MotionId(self.number.wrapping_add(self.motions.wrapping_mul(0x9e37_79b9)))
+        self.motions.next()
     }
 
     /// What was received and repeated.

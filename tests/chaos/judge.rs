@@ -98,7 +98,8 @@ pub struct Judge {
     session_broke: BTreeSet<Invariant>,
     /// When a living host last sent a renewal, or began a motion \[us\].
     live_us: u64,
-    motions: BTreeSet<u32>,
+    /// Sessions and their motions.
+    motions: BTreeSet<(u32, u32)>,
     may_travel_m: f64,
     /// The fastest velocity of this session \[m/s\], and until when the last one is obeyed \[us\].
     velocity_mps: f64,
@@ -169,11 +170,11 @@ impl Judge {
             Command::Drive(drive) => {
                 self.live_us = now_us();
                 let distance_m = 0.5 * (drive.distance.left.abs() + drive.distance.right.abs());
-                self.motion_may_travel(drive.motion, distance_m);
+                self.motion_may_travel(request.session, drive.motion, distance_m);
             }
             Command::Velocity(velocity) => {
                 self.live_us = now_us();
-                self.motion_may_travel(velocity.motion, 0.0);
+                self.motion_may_travel(request.session, velocity.motion, 0.0);
                 let turning_mps = HALF_TRACK_M * velocity.turn_rad_s.abs();
                 let faster_mps = velocity.forward_mps.abs() + turning_mps;
                 self.velocity_mps = self.velocity_mps.max(faster_mps);
@@ -182,7 +183,8 @@ impl Judge {
             Command::Voltage(voltage) => {
                 self.live_us = now_us();
                 let in_its_time_m = voltage.speed_mps_max * voltage.duration_s;
-                self.motion_may_travel(voltage.motion, voltage.travel_m_max.min(in_its_time_m));
+                let distance_m = voltage.travel_m_max.min(in_its_time_m);
+                self.motion_may_travel(request.session, voltage.motion, distance_m);
             }
             Command::ClearFault { .. } => {
                 self.cleared_us = now_us();
@@ -194,8 +196,8 @@ impl Judge {
     }
 
     /// A motion that is commanded again travels no farther.
-    fn motion_may_travel(&mut self, motion: MotionId, distance_m: f64) {
-        if self.motions.insert(motion.0) {
+    fn motion_may_travel(&mut self, session: u32, motion: MotionId, distance_m: f64) {
+        if self.motions.insert((session, motion.0)) {
             self.may_travel_m += distance_m + ROLL_M;
         }
     }

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use robot_model::checks::{DataFault, DataHypothesis, heading_offset, slow_clock, spike};
-use robot_model::recording::{Recording, Robot};
+use robot_model::recording::{Recording, Robot, WheelSample};
 
 use crate::error::{CampaignError, Warning};
 use crate::recorded::{Campaign, Run};
@@ -51,7 +51,7 @@ pub(crate) fn warnings(
     if runs.iter().any(|recording| recording.validate().is_err()) {
         return Vec::new();
     }
-    let mut warnings = slow_clocks(folder, campaign, runs);
+    let mut warnings = clocks(folder, campaign, runs);
     // With something wrong in all runs, no other check means anything.
     if found.iter().all(|found| found.what.is_minor() || found.run.is_some()) {
         warnings.extend(rows_and_headings(folder, campaign, robot, runs));
@@ -108,12 +108,25 @@ fn rows_and_headings(
     warnings
 }
 
-/// Runs whose clock can hardly be in seconds.
-fn slow_clocks(folder: &Path, campaign: &Campaign, runs: &[Recording]) -> Vec<Warning> {
+/// From one row to the next no run lasts longer than this \[s\].
+const GAP_S_MAX: f64 = 3600.0;
+
+/// Runs whose clock can hardly be in seconds, or jumps.
+fn clocks(folder: &Path, campaign: &Campaign, runs: &[Recording]) -> Vec<Warning> {
     let warning = |(run, recording): (&Run, &Recording)| {
-        let found = slow_clock(recording)?;
-        let place = header(&run_file(folder, &run.name), Column::Time);
-        Some(Warning::Clock { place, rate_rad_s: found.rate_rad_s, per_s: found.per_s })
+        let file = run_file(folder, &run.name);
+        if let Some(found) = slow_clock(recording) {
+            let place = header(&file, Column::Time);
+            return Some(Warning::Clock {
+                place,
+                rate_rad_s: found.rate_rad_s,
+                per_s: found.per_s,
+            });
+        }
+        let gap_s = |pair: &[WheelSample]| pair[1].t_s - pair[0].t_s;
+        let jump = recording.wheels.windows(2).find(|pair| gap_s(pair) > GAP_S_MAX)?;
+        let place = cell(&file, run, jump[1].t_s, Column::Time);
+        Some(Warning::ClockJump { place, jump_s: gap_s(jump) })
     };
     campaign.runs.iter().zip(runs).filter_map(warning).collect()
 }

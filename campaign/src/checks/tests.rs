@@ -109,3 +109,17 @@ fn a_clock_in_a_smaller_unit_is_a_warning() {
         assert!(said.contains(&format!("line 1, column 1: t_s looks like {unit}")), "{said}");
     }
 }
+
+#[test]
+fn a_clock_that_jumps_is_a_warning_at_its_row() {
+    let jumps = |t_s: f64| if t_s > 9.95 { t_s + 1.7e9 } else { t_s };
+    let late = |t_s: f64| {
+        let row = row(t_s, [1.0; 3], |value| value);
+        let (_, rest) = row.split_once(',').unwrap();
+        format!("{},{rest}", jumps(t_s))
+    };
+    let said: Vec<String> = read(late).unwrap().iter().map(ToString::to_string).collect();
+    let expected = "01_a.csv, line 102, column 1: t_s jumps by 1.7e9 s";
+    assert!(said.iter().any(|said| said.contains(expected)), "{said:?}");
+    assert!(read(|t_s| row(t_s, [1.0; 3], |value| value)).unwrap().is_empty());
+}

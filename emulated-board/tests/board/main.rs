@@ -20,6 +20,7 @@ mod stack;
 mod stopped_task;
 mod storage;
 mod telemetry;
+mod translations;
 
 use std::path::Path;
 

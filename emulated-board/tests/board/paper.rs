@@ -11,6 +11,7 @@ use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::HostStatistics;
 use shared_proto::{Config, Telemetry, WheelPair};
 
+use super::robot::{AHEAD, Robot};
 use super::{emulation, scenario, uneventful};
 
 #[test]
@@ -92,11 +93,11 @@ fn deviations(a: &[Telemetry], b: &[Telemetry]) -> Vec<WheelPair<i64>> {
         .collect()
 }
 
-/// A life in which the paper's calibration was made, and what it found. The stack is guarded, as on the real board.
+/// A life in which the paper's calibration was made, and what it found.
 pub fn calibrated() -> &'static RunResult<(Outcome, Config)> {
     static ENDED: OnceLock<RunResult<(Outcome, Config)>> = OnceLock::new();
     ENDED.get_or_init(|| {
-        let counted = Emulation { count: true, mpu: true, ..emulation() };
+        let counted = Emulation { count: true, ..emulation() };
         counted
             .run(|mut bench: Bench| async move {
                 bench.session.open().await.unwrap();
@@ -166,4 +167,23 @@ fn a_control_tick_costs_what_it_did() {
     assert!((1_170..=1_430).contains(&whole.median), "{whole:?}");
     assert!((610..=740).contains(&bare.worst), "{bare:?}");
     assert!((1_540..=1_740).contains(&to_pwm.worst), "{to_pwm:?}");
+}
+
+/// What ticks cost in a short drive: at worst, and half of them.
+fn short_drive(mpu: bool) -> [u64; 2] {
+    let ended = Emulation { count: true, mpu, ..emulation() }
+        .run(|bench: Bench| async move {
+            Robot::meet(bench).await.cruise(&AHEAD, 400).await;
+        })
+        .unwrap();
+    uneventful(&ended);
+    let driven: Vec<TickCost> = ended.ticks.into_iter().filter(TickCost::drives).collect();
+    let whole = Spread::of(&driven, |tick| tick.instructions).unwrap();
+    [whole.worst, whole.median]
+}
+
+/// What is counted above has no guard of its stack, which the board has.
+#[test]
+fn the_guard_of_the_stack_costs_no_instruction_of_a_tick() {
+    assert_eq!(short_drive(true), short_drive(false));
 }

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use campaign::range::PAYLOAD_KG;
 use clap::{Args, Subcommand};
 
 use super::value_parsers::{above_zero, acceleration, angle, count, length, speed};
@@ -174,11 +175,6 @@ impl FromStr for FloorSize {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mass(pub f64);
 
-impl Mass {
-    /// As a plan may have.
-    const KG_MAX: f64 = 1e5;
-}
-
 impl FromStr for Mass {
     type Err = String;
 
@@ -189,8 +185,8 @@ impl FromStr for Mass {
             (None, None) => return Err("no unit: 3kg or 500g".into()),
         };
         match number.trim().parse::<f64>().map(|number| number * kg) {
-            Ok(kg) if kg > 0.0 && kg <= Self::KG_MAX => Ok(Self(kg)),
-            _ => Err("must be a number above zero and up to 100000, and kg or g".into()),
+            Ok(kg) if kg > 0.0 && PAYLOAD_KG.contains(kg) => Ok(Self(kg)),
+            _ => Err(format!("must be a number above zero, and kg or g; {PAYLOAD_KG}")),
         }
     }
 }
@@ -207,7 +203,7 @@ mod tests {
         for bad in ["", "3", "x", "3mx", "-1m", "3m x -2m"] {
             assert!(bad.parse::<FloorSize>().is_err(), "{bad}");
         }
-        for bad in ["", "3", "kg", "-1kg", "nankg", "infkg"] {
+        for bad in ["", "3", "kg", "-1kg", "nankg", "infkg", "200000kg", "1e300g"] {
             assert!(bad.parse::<Mass>().is_err(), "{bad}");
         }
     }

@@ -56,7 +56,7 @@ fn clocks_that_agree_are_left_alone_whatever_effect_is_there() {
 }
 
 #[test]
-fn a_clock_that_jumps_by_years_or_more_costs_no_time_and_moves_no_other_run() {
+fn a_clock_that_jumps_by_years_or_more_costs_no_time_and_hides_no_other_runs_offset() {
     for jump_s in [1.7e9, 1e18] {
         let mut runs = campaign(&full_plan(), &[], 7);
         let jumps = &mut runs.runs[3];
@@ -66,10 +66,17 @@ fn a_clock_that_jumps_by_years_or_more_costs_no_time_and_moves_no_other_run() {
         let mut pose = *jumps.measured_poses.last().expect("it was seen");
         pose.t_s += jump_s;
         jumps.measured_poses.push(pose);
-        let name = jumps.name.clone();
+        let jumping = jumps.name.clone();
+        runs.runs[16].measured_poses.iter_mut().for_each(|pose| pose.t_s += 0.29);
+        let late = runs.runs[16].name.clone();
         // As many windows as the jump is long would not be looked at within a year.
         let clocks = found(&runs);
-        let mut others = clocks.iter().filter(|clock| clock.run != name);
-        assert!(others.all(|clock| clock.offset_s.abs() < 0.015), "{jump_s} s: {clocks:?}");
+        let offset_s = |name: &str| {
+            clocks.iter().find(|clock| clock.run == name).map_or(0.0, |clock| clock.offset_s)
+        };
+        assert!((offset_s(&late) - 0.29).abs() < 0.015, "{jump_s} s: {clocks:?}");
+        for run in runs.runs.iter().filter(|run| run.name != late && run.name != jumping) {
+            assert!(offset_s(&run.name).abs() < 0.02, "{jump_s} s: {clocks:?}");
+        }
     }
 }

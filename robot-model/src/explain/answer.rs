@@ -44,7 +44,8 @@ pub struct Answer {
     pub predicts_with: Vec<Averaged>,
     /// The noise that goes with it.
     pub noise: OdometryNoise,
-    /// The noise that [`crate::compare::Comparer::new`] estimates with these effects: it needs no fit of its own.
+    /// The noise that [`crate::compare::Comparer::new`] estimates with these effects: it needs no fit of its own. (Of more than
+    /// 500 runs that takes a share to choose the effects, and finds the same within a few percent.)
     pub compared_by: OdometryNoise,
 }
 

@@ -1,6 +1,10 @@
 //! Which system calls change the file system, on Linux for x86-64.
 
-use std::path::Path;
+use std::ffi::OsStr;
+use std::fs::File;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
 
 use nix::libc::{self, c_long, user_regs_struct};
 use nix::sys::ptrace;
@@ -11,6 +15,8 @@ use nix::unistd::Pid;
 pub enum Call {
     /// It takes room on the disk: makes, writes, lengthens or syncs a file or a folder.
     Takes(&'static str),
+    /// It gives a file of the user's cache its name: whoever loses that loses only time.
+    Caches,
     /// It changes names, locks or modes.
     Changes(&'static str),
     /// It says something: standard output or standard error.
@@ -39,6 +45,11 @@ impl Registers {
             _ => ours(fd).then_some(call),
         };
         let (first, second, third) = (registers.rdi, registers.rsi, registers.rdx);
+        let renamed = |name: u64| {
+            let place = text_at(thread, name);
+            let elsewhere = place.is_absolute() && !place.starts_with(folder);
+            if elsewhere { Call::Caches } else { Call::Takes("rename") }
+        };
         Some(match registers.orig_rax.cast_signed() as c_long {
             libc::SYS_write | libc::SYS_writev | libc::SYS_pwrite64 | libc::SYS_pwritev => {
                 return written(first, Call::Takes("write"));
@@ -55,7 +66,8 @@ impl Registers {
             libc::SYS_open if opened_to_write(second) => Call::Takes("open"),
             libc::SYS_creat => Call::Takes("open"),
             libc::SYS_mkdir | libc::SYS_mkdirat => Call::Takes("mkdir"),
-            libc::SYS_rename | libc::SYS_renameat | libc::SYS_renameat2 => Call::Takes("rename"),
+            libc::SYS_rename => renamed(second),
+            libc::SYS_renameat | libc::SYS_renameat2 => renamed(registers.r10),
             libc::SYS_link | libc::SYS_linkat | libc::SYS_symlink | libc::SYS_symlinkat => {
                 Call::Takes("link")
             }
@@ -78,4 +90,14 @@ impl Registers {
         self.0.rax = i64::from(-libc::ENOSPC).cast_unsigned();
         ptrace::setregs(thread, self.0).expect("it has stopped");
     }
+}
+
+/// A path in a thread's memory.
+fn text_at(thread: Pid, address: u64) -> PathBuf {
+    let memory = File::open(format!("/proc/{thread}/mem")).expect("it is traced");
+    // Behind the path there may be less.
+    let mut bytes = vec![0; libc::PATH_MAX as usize];
+    let read = memory.read_at(&mut bytes, address).expect("a path is there");
+    let end = bytes[..read].iter().position(|byte| *byte == 0).expect("a path has an end");
+    OsStr::from_bytes(&bytes[..end]).into()
 }

@@ -228,7 +228,7 @@ fn is_locked(temp: &TempFolder) -> bool {
 /// Every `step`-th point of a command in each of the three ways: how many there are, and what went wrong.
 fn examine(command: &'static Writing, step: usize) -> (usize, Vec<String>) {
     let tested = CommandUnderTest::new(command);
-    let takes = |index: &usize| matches!(tested.stops[*index], Call::Takes(_));
+    let takes = |index: &usize| matches!(tested.stops[*index], Call::Takes(_) | Call::Caches);
     let kills: Vec<usize> = (0..tested.stops.len()).step_by(step).collect();
     let fills: Vec<usize> = kills.iter().copied().filter(takes).collect();
     let seconds: Vec<usize> = if command.locks { kills.clone() } else { Vec::new() };
@@ -259,6 +259,14 @@ fn examine(command: &'static Writing, step: usize) -> (usize, Vec<String>) {
         wrong.len()
     );
     (kills + fills + seconds, wrong)
+}
+
+/// What is not ended at any point below is held to this at least.
+#[test]
+fn every_writing_command_syncs_the_names_of_its_files_leaves_nothing_and_can_be_given_again() {
+    for command in ALL {
+        CommandUnderTest::new(command);
+    }
 }
 
 /// Some points of some commands: a campaign's runs and facts, its model, and a file of its own.

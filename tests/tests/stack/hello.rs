@@ -5,6 +5,7 @@ use std::net::{TcpListener, TcpStream};
 
 use beeline_tests::robot::on_robot;
 use host_cli::port::{Port, SimOptions, with_robot};
+use host_link::Error;
 use shared_proto::{
     Answer, Channel, Command, Decoder, Encoder, Hello, PROTOCOL_VERSION, Refusal, Reply, Request,
     SCHEMA_HASH, State,
@@ -221,4 +222,20 @@ fn a_reboot_in_the_middle_is_noticed() {
     })
     .expect_err("it restarted");
     assert!(error.to_string().contains("restarted"), "{error}");
+}
+
+#[test]
+fn a_host_that_others_pushed_out_is_not_told_of_a_restart() {
+    on_robot(&Scenario::default(), async |robot| {
+        robot.session.status().await.expect("the robot answers");
+        let mut first = robot.another_host(2).await;
+        // It remembers four.
+        for number in 3..=6 {
+            robot.another_host(number).await;
+        }
+        let error = first.status().await.expect_err("it is forgotten");
+        assert!(matches!(error, Error::Forgotten { .. }), "{error}");
+        first.open().await.expect("another hello helps");
+        first.status().await.expect("the robot answers");
+    });
 }

@@ -168,12 +168,15 @@ impl<T: Restorable> Undo<T> {
         }
         let mut config = session.read_config().await?;
         let now = T::of(&config);
-        if now != self.after {
-            return Err(T::changed_since(now, self));
+        // An undo that was interrupted may have put it back already.
+        if now != self.before {
+            if now != self.after {
+                return Err(T::changed_since(now, self));
+            }
+            self.before.put_into(&mut config);
+            session.write_config(&config).await?;
+            session.save_config().await?;
         }
-        self.before.put_into(&mut config);
-        session.write_config(&config).await?;
-        session.save_config().await?;
         let file = file::<T>(folder, identity);
         std::fs::remove_file(&file).context(file.display())
     }

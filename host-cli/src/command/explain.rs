@@ -39,6 +39,14 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     if let Some(tolerance) = args.tolerance {
         answer = answer.with_tolerance(tolerance.m);
     }
+    // Before anything is said: whoever reads the first lines only has the file all the same.
+    if let Some(file) = &args.save {
+        let found = model.found(&answer, campaign.fitted_runs().count());
+        if !found.write_new(file, &read.robot.name)? {
+            // Somebody else has written it meanwhile.
+            check_new(file)?;
+        }
+    }
     let context = answer_context(common, &args.campaign, (&read, &campaign), &catalogue);
     let context = AnswerContext { in_model: &model.effects, ..context };
     if common.json || args.format.is_json() {
@@ -53,11 +61,6 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
         show(&answer, &AnswerContext { combinations, ..context });
     }
     if let Some(file) = &args.save {
-        let found = model.found(&answer, campaign.fitted_runs().count());
-        if !found.write_new(file, &read.robot.name)? {
-            // Somebody else has written it meanwhile.
-            check_new(file)?;
-        }
         note(format_args!("{}: the model found, to predict other runs with", file.display()));
     }
     let missing = answer.steps.iter().any(|step| step.matters) || answer.unexplained.structure;

@@ -12,10 +12,12 @@ pub struct Writing {
     pub locks: bool,
     /// A file that must be there before another one changes: `(first, then)`.
     pub order: Option<(&'static str, &'static str)>,
+    /// A picture that may be missing: of a drive after which the robot is straight already, and drives no more.
+    pub picture: Option<&'static str>,
 }
 
 const fn writing(line: &'static str, before: &'static [&'static str]) -> Writing {
-    Writing { line, before, locks: false, order: None }
+    Writing { line, before, locks: false, order: None, picture: None }
 }
 
 const fn locking(line: &'static str, before: &'static [&'static str]) -> Writing {
@@ -53,6 +55,7 @@ pub const ALL: &[Writing] = &[
     writing("config save --flash flash", &[]),
     Writing {
         order: Some(("state", "flash")),
+        picture: Some("picture.svg"),
         ..writing(CALIBRATE, &["config save --flash flash"])
     },
     writing("calibrate --undo --flash flash", &["config save --flash flash", CALIBRATE]),

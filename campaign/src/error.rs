@@ -131,13 +131,6 @@ pub enum Warning {
         /// How many of its units make a second, as likely as not.
         per_s: f64,
     },
-    /// From one row to the next passes more time than a run takes.
-    ClockJump {
-        /// Where.
-        place: Place,
-        /// How much \[s\].
-        jump_s: f64,
-    },
     /// The last pose of a run lies far from dead reckoning that began at the first one.
     EndPoseOff {
         /// Where.
@@ -247,7 +240,6 @@ impl fmt::Display for Warning {
                 write!(f, "{place}: the column `{name}` is unknown and was ignored")
             }
             Self::Clock { place, rate_rad_s, per_s } => clock(f, place, *rate_rad_s, *per_s),
-            Self::ClockJump { place, jump_s } => clock_jump(f, place, *jump_s),
             Self::EndPoseOff { place, position_m, heading_rad } => {
                 let off = how_far(*position_m, *heading_rad);
                 write!(
@@ -308,14 +300,6 @@ impl fmt::Display for Warning {
             Self::NoStart { place, runs, of } => no_start(f, place, *runs, *of),
         }
     }
-}
-
-fn clock_jump(f: &mut fmt::Formatter<'_>, place: &Place, jump_s: f64) -> fmt::Result {
-    let jump = if jump_s < 1e6 { format!("{jump_s:.0}") } else { format!("{jump_s:.1e}") };
-    write!(
-        f,
-        "{place}: t_s jumps by {jump} s from the row before: the clock was set, or these are two runs; cut the run there"
-    )
 }
 
 fn clock(f: &mut fmt::Formatter<'_>, place: &Place, rate_rad_s: f64, per_s: f64) -> fmt::Result {

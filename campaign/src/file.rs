@@ -221,9 +221,9 @@ impl WriteError {
 /// What to try about an error of the system, if that is clear.
 pub(crate) fn hint(kind: ErrorKind) -> Option<&'static str> {
     Some(match kind {
-        ErrorKind::StorageFull => "make room on the disk; the file was not changed",
+        ErrorKind::StorageFull => "make room on the disk; nothing was changed",
         ErrorKind::QuotaExceeded => {
-            "raise the limit (a quota of the disk, `ulimit -f`), or choose another disk; the file was not changed"
+            "raise the limit (a quota of the disk, `ulimit -f`), or choose another disk; nothing was changed"
         }
         ErrorKind::ReadOnlyFilesystem => "the disk is read-only: choose a folder on another",
         ErrorKind::PermissionDenied => "check who may read and write there",
@@ -341,7 +341,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn a_full_disk_is_said_to_be_full() {
         let error = write_whole(Path::new("/dev/full"), b"bytes").unwrap_err();
-        assert_eq!(error.hint("else"), "make room on the disk; the file was not changed");
+        assert_eq!(error.hint("else"), "make room on the disk; nothing was changed");
         let told = crate::CampaignError::io(Path::new("robot.toml"), "write it", error.into());
         assert!(told.hint.contains("make room on the disk"), "{told}");
     }

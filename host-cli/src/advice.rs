@@ -49,7 +49,7 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::BeyondLimits(error) => return on_refusal(&Refusal::Motion(*error)),
         Error::Faulted(report) => return Some(on_fault(report)),
         Error::AlreadyMoving(_) => {
-            "`beeline stop` ends that; a robot whose host is gone stops by itself"
+            "wait until the other host is done, or end it by `beeline stop`; a robot whose host is gone stops by itself"
         }
         Error::NoTelemetry => "is the line too slow? raise the baud rate",
         Error::StartTooLate => {
@@ -104,7 +104,9 @@ fn on_refusal(refusal: &Refusal) -> Option<String> {
         Refusal::NoSuchMotion => "`beeline identify` shows its state",
         Refusal::NoSuchFault => "`beeline identify` shows the latched fault",
         Refusal::CauseRemains => "release the emergency stop, check the driver and the battery",
-        Refusal::Store => "try again; with --flash FILE, check whether the disk is full",
+        Refusal::Store => {
+            "try again; with --flash FILE, check whether the disk is full, or another process has written that file since"
+        }
         Refusal::Late => {
             "the line delays frames: check the cable, the baud rate, and whatever is in between"
         }

@@ -216,7 +216,7 @@ impl fmt::Display for Error {
             Self::Faulted(report) => faulted(f, report),
             Self::AlreadyMoving(state) => write!(
                 f,
-                "not driven: the robot is already {}, by an earlier command",
+                "not driven: the robot is already {}, by another host or an earlier command",
                 state.name()
             ),
             Self::NoTelemetry => f.write_str("the robot sends no telemetry"),

@@ -25,6 +25,8 @@ struct FlashState {
     /// The key cannot be changed from outside.
     key_locked: bool,
     file: Option<PathBuf>,
+    /// What the file holds, as far as this robot knows.
+    known: Option<String>,
     write_protected: bool,
 }
 
@@ -52,8 +54,10 @@ impl Flash {
             },
             None => None,
         };
+        let known = content.clone();
         let (content, link) = content.map_or((None, Ok(LinkLine::default())), LinkLine::split);
-        let state = FlashState { content, link, key_locked: false, file, write_protected: false };
+        let state =
+            FlashState { content, link, key_locked: false, file, known, write_protected: false };
         Ok(Self(Rc::new(RefCell::new(state))))
     }
 
@@ -139,7 +143,13 @@ impl FlashState {
             let config = content.as_deref().map_or("", |text| text.trim_start_matches(HEADER));
             // A line that cannot be read is not written over by a configuration.
             let line = link?.line();
-            write_whole(path, &format!("{HEADER}{line}{config}")).map_err(|_| StoreError::Write)?;
+            // Another robot may have the same file: what it has saved is not written over.
+            if read_bounded(path).ok() != self.known {
+                return Err(StoreError::Write);
+            }
+            let text = format!("{HEADER}{line}{config}");
+            write_whole(path, &text).map_err(|_| StoreError::Write)?;
+            self.known = Some(text);
         }
         (self.content, self.link) = (content, link);
         Ok(())
@@ -239,5 +249,29 @@ fn sync_folder(path: &Path) {
         cfg!(unix).then(|| std::fs::File::open(folder.unwrap_or(Path::new("."))))
     {
         let _ = folder.sync_all();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_another_robot_has_saved_in_the_same_file_is_not_written_over() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("flash");
+        let [first, second] = [(); 2].map(|()| Flash::new(Some(path.clone())).unwrap());
+        let save = |flash: &Flash, text: &str| {
+            let mut state = flash.0.borrow_mut();
+            let link = state.link;
+            state.write(Some(text.into()), link)
+        };
+        assert_eq!(save(&first, "name = \"a\"\n"), Ok(()));
+        assert_eq!(save(&first, "name = \"b\"\n"), Ok(()));
+        assert_eq!(save(&second, "name = \"c\"\n"), Err(StoreError::Write));
+        let third = Flash::new(Some(path.clone())).unwrap();
+        assert_eq!(save(&third, "name = \"d\"\n"), Ok(()));
+        assert_eq!(save(&first, "name = \"e\"\n"), Err(StoreError::Write));
+        assert!(std::fs::read_to_string(&path).unwrap().ends_with("name = \"d\"\n"));
     }
 }

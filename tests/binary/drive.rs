@@ -45,6 +45,7 @@ fn a_motion_beyond_the_limits_is_refused_and_the_robot_stands() {
         ("drive straight 1m --acceleration 100m/s^2", "limits.acceleration_mps2_max"),
         ("drive straight 0m", "zero"),
         ("drive straight 21km", "20 km"),
+        ("drive velocity 0.2m/s --for 1e9s", "longer than a day"),
         ("drive straight 1m --cruise 0m/s", "above zero"),
         ("drive straight 1m --cruise -1m/s", "above zero"),
         ("drive straight 1m --cruise 1e-9m/s", "1000 s"),

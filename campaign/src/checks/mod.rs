@@ -5,8 +5,10 @@
 
 use std::path::Path;
 
-use robot_model::checks::{DataFault, DataHypothesis, heading_offset, slow_clock, spike};
-use robot_model::recording::{Recording, Robot, WheelSample};
+use robot_model::checks::{
+    DataFault, DataHypothesis, clock_jump, heading_offset, slow_clock, spike,
+};
+use robot_model::recording::{Recording, Robot};
 
 use crate::error::{CampaignError, Warning};
 use crate::recorded::{Campaign, Run};
@@ -25,6 +27,7 @@ pub(crate) fn check(
     (robot, runs): (&Robot, &[Recording]),
     found: &[DataHypothesis],
 ) -> Result<(), CampaignError> {
+    clocks_go_on(folder, campaign, runs)?;
     match found.iter().find(|found| !found.what.is_minor()) {
         Some(best) => Err(words::error(folder, campaign, best, found)),
         None => noise::check(folder, robot, runs),
@@ -51,7 +54,7 @@ pub(crate) fn warnings(
     if runs.iter().any(|recording| recording.validate().is_err()) {
         return Vec::new();
     }
-    let mut warnings = clocks(folder, campaign, runs);
+    let mut warnings = slow_clocks(folder, campaign, runs);
     // With something wrong in all runs, no other check means anything.
     if found.iter().all(|found| found.what.is_minor() || found.run.is_some()) {
         warnings.extend(rows_and_headings(folder, campaign, robot, runs));
@@ -108,25 +111,28 @@ fn rows_and_headings(
     warnings
 }
 
-/// From one row to the next no run lasts longer than this \[s\].
-const GAP_S_MAX: f64 = 3600.0;
-
-/// Runs whose clock can hardly be in seconds, or jumps.
-fn clocks(folder: &Path, campaign: &Campaign, runs: &[Recording]) -> Vec<Warning> {
-    let warning = |(run, recording): (&Run, &Recording)| {
-        let file = run_file(folder, &run.name);
-        if let Some(found) = slow_clock(recording) {
-            let place = header(&file, Column::Time);
-            return Some(Warning::Clock {
-                place,
-                rate_rad_s: found.rate_rad_s,
-                per_s: found.per_s,
-            });
+/// Refuses a run whose clock jumps: every speed and every pose after it would be wrong.
+fn clocks_go_on(
+    folder: &Path,
+    campaign: &Campaign,
+    runs: &[Recording],
+) -> Result<(), CampaignError> {
+    for (run, recording) in campaign.runs.iter().zip(runs) {
+        if let Some(found) = clock_jump(recording) {
+            let place = cell(&run_file(folder, &run.name), run, found.t_s, Column::Time);
+            return Err(words::clock_jump(place, found.jump_s));
         }
-        let gap_s = |pair: &[WheelSample]| pair[1].t_s - pair[0].t_s;
-        let jump = recording.wheels.windows(2).find(|pair| gap_s(pair) > GAP_S_MAX)?;
-        let place = cell(&file, run, jump[1].t_s, Column::Time);
-        Some(Warning::ClockJump { place, jump_s: gap_s(jump) })
+    }
+    Ok(())
+}
+
+/// Runs whose clock can hardly be in seconds.
+fn slow_clocks(folder: &Path, campaign: &Campaign, runs: &[Recording]) -> Vec<Warning> {
+    let warning = |(run, recording): (&Run, &Recording)| {
+        let found = slow_clock(recording)?;
+        let place = header(&run_file(folder, &run.name), Column::Time);
+        let (rate_rad_s, per_s) = (found.rate_rad_s, found.per_s);
+        Some(Warning::Clock { place, rate_rad_s, per_s })
     };
     campaign.runs.iter().zip(runs).filter_map(warning).collect()
 }

@@ -111,15 +111,17 @@ fn a_clock_in_a_smaller_unit_is_a_warning() {
 }
 
 #[test]
-fn a_clock_that_jumps_is_a_warning_at_its_row() {
-    let jumps = |t_s: f64| if t_s > 9.95 { t_s + 1.7e9 } else { t_s };
-    let late = |t_s: f64| {
-        let row = row(t_s, [1.0; 3], |value| value);
-        let (_, rest) = row.split_once(',').unwrap();
-        format!("{},{rest}", jumps(t_s))
+fn a_clock_that_jumps_is_an_error_at_its_row() {
+    let at_half = |jump_s: f64| {
+        move |t_s: f64| {
+            let row = row(t_s, [1.0; 3], |value| value);
+            let (_, rest) = row.split_once(',').unwrap();
+            format!("{},{rest}", if t_s > 4.95 { t_s + jump_s } else { t_s })
+        }
     };
-    let said: Vec<String> = read(late).unwrap().iter().map(ToString::to_string).collect();
-    let expected = "01_a.csv, line 102, column 1: t_s jumps by 1.7e9 s";
-    assert!(said.iter().any(|said| said.contains(expected)), "{said:?}");
-    assert!(read(|t_s| row(t_s, [1.0; 3], |value| value)).unwrap().is_empty());
+    for (jump_s, said) in [(5.0, "5.1 s"), (1800.0, "1800.1 s"), (1.7e9, "1.7e9 s")] {
+        let error = read(at_half(jump_s)).unwrap_err().to_string();
+        let expected = format!("01_a.csv, line 52, column 1: t_s jumps by {said} from the row");
+        assert!(error.contains(&expected) && error.contains("cut the run there"), "{error}");
+    }
 }

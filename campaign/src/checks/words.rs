@@ -269,3 +269,14 @@ fn unit(per_m: f64) -> &'static str {
         _ => "feet",
     }
 }
+
+/// A clock that jumps.
+pub(super) fn clock_jump(place: Place, jump_s: f64) -> CampaignError {
+    let jump = if jump_s < 1e6 { format!("{jump_s:.1}") } else { format!("{jump_s:.1e}") };
+    let problem = format!("t_s jumps by {jump} s from the row before");
+    CampaignError::new(
+        place,
+        problem,
+        "the clock was set, or these are two runs: cut the run there",
+    )
+}

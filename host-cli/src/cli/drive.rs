@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use clap::{Args, Subcommand};
 
-use super::value_parsers::{above_zero, acceleration, speed, time};
+use super::value_parsers::{above_zero, acceleration, speed, up_to_a_day};
 use crate::quantity::{
     Acceleration, Angle, Distance, Length, QuantityError, Speed, Time, TurnRate,
 };
@@ -48,7 +48,7 @@ Examples:
         #[arg(long, value_name = "RATE", default_value = "0rad/s", allow_hyphen_values = true)]
         turn: TurnRate,
         /// Drive for this time.
-        #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = above_zero(time))]
+        #[arg(long = "for", value_name = "TIME", allow_hyphen_values = true, value_parser = up_to_a_day)]
         duration: Option<Time>,
         /// Acceleration of the wheel whose speed changes most.
         #[arg(long, value_name = "ACCELERATION", default_value = "0.2m/s^2", allow_hyphen_values = true, value_parser = above_zero(acceleration))]

@@ -50,6 +50,12 @@ pub(super) fn above_zero<T: FromStr<Err = QuantityError>>(
     }
 }
 
+/// Reads how long a robot drives.
+pub(super) fn up_to_a_day(text: &str) -> Result<Time, String> {
+    let time = above_zero(time)(text)?;
+    if time.s <= 86_400.0 { Ok(time) } else { Err("longer than a day".into()) }
+}
+
 /// Reads a quantity that must not be negative.
 pub(super) fn not_negative<T: FromStr<Err = QuantityError>>(
     value: fn(&T) -> f64,

@@ -46,7 +46,7 @@ mod tests;
 mod thinned_run;
 mod tracker;
 
-pub use clock::{SlowClock, slow_clock};
+pub use clock::{ClockJump, SlowClock, clock_jump, slow_clock};
 pub use data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 pub use end_pose::{OffEndPose, implausible_end_pose};
 pub use heading_marker::heading_offset;

@@ -70,7 +70,7 @@ fn replace(disk: &dyn Disk, file: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// Makes a new name survive a power failure: the list of names of its folder is synced as well.
-pub(crate) fn sync_folder(file: &Path) -> io::Result<()> {
+pub fn sync_folder(file: &Path) -> io::Result<()> {
     // Elsewhere a folder cannot be opened.
     if cfg!(unix) {
         match File::open(folder_of(file)).and_then(|folder| folder.sync_all()) {

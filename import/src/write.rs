@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use campaign::file::sync_folder;
 use campaign::new_folders::NewFolders;
 use campaign::{CampaignError, CampaignWriter, Column, RobotFile, Row, RunFacts};
 
@@ -36,7 +37,7 @@ pub fn write(
     let beside = tempfile::Builder::new().prefix(".import-").tempdir_in(parent).map_err(cannot)?;
     let new = beside.path().join("campaign");
     let names = into(understood, &new)?;
-    fs::rename(&new, folder).map_err(cannot)?;
+    fs::rename(&new, folder).and_then(|()| sync_folder(folder)).map_err(cannot)?;
     Ok(names)
 }
 

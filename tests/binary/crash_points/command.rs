@@ -30,6 +30,8 @@ const EXPORT: &str = "config export robot.toml --flash flash";
 const ADD: &str = "model add wheel_radius_ratio robot";
 const CALIBRATE: &str = "calibrate --flash flash -o picture.svg";
 const KEY_SET: &str = "key set robot.key --flash flash";
+const TUNE: &str = "tune --flash flash";
+const EXPORT_BAG: &str = "export robot --to mcap -o runs.mcap";
 const APPLY: &str = "apply robot --yes --flash flash";
 
 /// All of them.
@@ -64,6 +66,11 @@ pub const ALL: &[Writing] = &[
         ..writing(APPLY, &["config save --flash flash", RECORD, ADD])
     },
     writing("apply --undo --flash flash", &["config save --flash flash", RECORD, ADD, APPLY]),
+    Writing { order: Some(("state", "flash")), ..writing(TUNE, &["config save --flash flash"]) },
+    writing("tune --undo --flash flash", &["config save --flash flash", TUNE]),
+    writing("export robot --to csv -o runs.csv", &[RECORD]),
+    writing(EXPORT_BAG, &[RECORD]),
+    writing("import runs.mcap -o again", &[RECORD, EXPORT_BAG]),
     writing("key new new.key", &[]),
     writing(KEY_SET, &["config save --flash flash"]),
     writing("key set other.key --flash flash --key-file robot.key", &[SAVE, KEY_SET]),

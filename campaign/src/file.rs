@@ -171,20 +171,21 @@ fn beside(file: &Path, mode: u32) -> io::Result<NamedTempFile> {
     Ok(beside)
 }
 
-fn folder_of(file: &Path) -> &Path {
+pub(crate) fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     }
 }
 
-const PREFIX: &str = ".beeline-";
-const SUFFIX: &str = ".part";
+/// How the names of files and folders that are not whole yet begin and end.
+pub(crate) const PREFIX: &str = ".beeline-";
+pub(crate) const SUFFIX: &str = ".part";
 
 /// A temporary file is locked within this time after it is made.
 const LEFT_AFTER: Duration = Duration::from_secs(60);
 
-/// Removes the temporary files of processes that were killed while they wrote. What cannot be
+/// Removes the temporary files and folders of processes that were killed while they wrote. What cannot be
 /// removed harms nobody.
 pub(crate) fn remove_leftovers(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
@@ -193,16 +194,17 @@ pub(crate) fn remove_leftovers(folder: &Path) {
         let is_part =
             name.to_str().is_some_and(|name| name.starts_with(PREFIX) && name.ends_with(SUFFIX));
         if is_part && is_left(&entry) {
-            let _ = fs::remove_file(entry.path());
+            let path = entry.path();
+            let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
         }
     }
 }
 
-/// Whether a temporary file is that of no process any more.
+/// Whether a temporary file or folder is that of no process any more.
 fn is_left(entry: &fs::DirEntry) -> bool {
     let Ok(metadata) = entry.metadata() else { return false };
     let age = metadata.modified().ok().and_then(|made| made.elapsed().ok());
-    metadata.is_file()
+    (metadata.is_file() || metadata.is_dir())
         && age.is_some_and(|age| age > LEFT_AFTER)
         && File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok())
 }

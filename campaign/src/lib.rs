@@ -42,7 +42,7 @@
 //! | [`error`], [`os_error`] | errors and warnings; the operating system's, for a user |
 //! | [`bounded_read`], [`bounded_text`] | what is read: files only, of a size in proportion; and how much of it is quoted |
 //! | [`mod@file`], [`disk`] | files that appear whole or not at all; what keeps their bytes |
-//! | [`new_folders`] | folders made for files to come |
+//! | [`new_folders`] | folders made for files to come, and folders that appear whole |
 
 pub mod bounded_read;
 pub mod bounded_text;

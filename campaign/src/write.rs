@@ -120,6 +120,11 @@ impl CampaignWriter {
         Ok(true)
     }
 
+    /// The files of the runs that are there, in order of their names.
+    pub fn runs(&self) -> Result<Vec<PathBuf>, CampaignError> {
+        Ok(run_files(&self.folder)?.files.into_iter().map(|(_, file)| file).collect())
+    }
+
     /// Starts a run. Its file is named by the next free number and `name`: `07_name`.
     ///
     /// `columns` need not name the required ones; the order is that of [`Column::ALL`].
@@ -208,6 +213,13 @@ impl RunWriter {
         self.text.push_str(&cells.join(","));
         self.text.push('\n');
         Ok(())
+    }
+
+    /// Whether this file holds the same run, byte by byte.
+    pub fn is_written_in(&self, file: &Path) -> bool {
+        let is_as_long =
+            std::fs::metadata(file).is_ok_and(|there| there.len() == self.text.len() as u64);
+        is_as_long && std::fs::read(file).is_ok_and(|bytes| bytes == self.text.as_bytes())
     }
 
     /// Writes the file, and the facts, with the name filled in, into `robot.toml`: both appear together.

@@ -1,10 +1,8 @@
 //! Writes what was understood as a campaign folder.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use campaign::file::sync_folder;
-use campaign::new_folders::NewFolders;
+use campaign::new_folders::NewFolder;
 use campaign::{CampaignError, CampaignWriter, Column, RobotFile, Row, RunFacts};
 
 use robot_model::recording::Recording;
@@ -12,39 +10,63 @@ use robot_model::recording::Recording;
 use crate::log::error;
 use crate::understand::Understood;
 
-/// Writes a campaign; the names of its runs.
+/// What [`write()`] wrote.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The names of all runs of the log.
+    pub names: Vec<String>,
+    /// How many of them were in the folder already, byte by byte, and were not written again.
+    pub were_there: usize,
+}
+
+/// Writes a campaign.
 ///
-/// A new folder appears whole or not at all. In one that exists, each run does, and it must have no runs yet unless
+/// A new folder appears whole or not at all. In one that exists, each run does; runs of this log that are there already stay
+/// as they are, so that an import that was interrupted is completed by the same one. Other runs must not be there, unless
 /// `is_adding`.
 pub fn write(
     understood: &Understood,
     folder: &Path,
     is_adding: bool,
-) -> Result<Vec<String>, CampaignError> {
-    if folder.exists() {
-        if !is_adding && has_runs(folder) {
-            let hint = "choose another folder with -o, or add these runs to its own with --add";
-            return Err(error(folder, "this campaign has runs already", hint));
-        }
-        return into(understood, folder);
-    }
-    let parent = match folder.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    let cannot = |cause| CampaignError::io(folder, "make this folder", cause);
-    let _made = NewFolders::make(parent).map_err(cannot)?;
-    let beside = tempfile::Builder::new().prefix(".import-").tempdir_in(parent).map_err(cannot)?;
-    let new = beside.path().join("campaign");
-    let names = into(understood, &new)?;
-    fs::rename(&new, folder).and_then(|()| sync_folder(folder)).map_err(cannot)?;
-    Ok(names)
+) -> Result<Written, CampaignError> {
+    write_with(understood, folder, is_adding, |_, _| Ok(()))
 }
 
-fn into(understood: &Understood, folder: &Path) -> Result<Vec<String>, CampaignError> {
+/// The same; `complete` writes what belongs to the campaign besides, into this folder, before a new one appears.
+pub fn write_with(
+    understood: &Understood,
+    folder: &Path,
+    is_adding: bool,
+    complete: impl Fn(&Path, &Written) -> Result<(), CampaignError>,
+) -> Result<Written, CampaignError> {
+    let cannot = |cause| CampaignError::io(folder, "make this folder", cause);
+    if !folder.exists() {
+        let new = NewFolder::make(folder).map_err(cannot)?;
+        let of_its_place = |mut error: CampaignError| {
+            if let Ok(within) = error.place.file.strip_prefix(new.path()) {
+                error.place.file = folder.join(within);
+            }
+            error
+        };
+        let written = into(understood, new.path(), is_adding, &complete).map_err(of_its_place)?;
+        if new.persist().map_err(cannot)? {
+            return Ok(written);
+        }
+        // Somebody else has made it meanwhile.
+    }
+    into(understood, folder, is_adding, &complete)
+}
+
+fn into(
+    understood: &Understood,
+    folder: &Path,
+    is_adding: bool,
+    complete: &impl Fn(&Path, &Written) -> Result<(), CampaignError>,
+) -> Result<Written, CampaignError> {
     let writer = CampaignWriter::open(folder, &understood.robot)?;
     let rad_per_count = understood.robot.to_model().rad_per_count;
-    let mut names = Vec::new();
+    let mut others = writer.runs()?;
+    let mut runs = Vec::new();
     for run in &understood.runs {
         let mut columns = vec![Column::X, Column::Y, Column::Heading];
         columns.extend((!run.recording.gyro.is_empty()).then_some(Column::GyroZ));
@@ -53,19 +75,26 @@ fn into(understood: &Understood, folder: &Path) -> Result<Vec<String>, CampaignE
         for row in rows(&run.recording, &run.supply_v, rad_per_count) {
             file.push(&row)?;
         }
-        let facts = RunFacts { started_s: Some(run.started_s), ..RunFacts::default() };
-        let path: PathBuf = file.finish(facts)?;
-        names.push(
-            path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned()),
-        );
+        let there = others.iter().position(|there| file.is_written_in(there));
+        runs.push((run, file, there.map(|index| others.remove(index))));
     }
-    Ok(names)
-}
-
-/// Whether there is any run.
-fn has_runs(folder: &Path) -> bool {
-    let files = fs::read_dir(folder.join("runs")).into_iter().flatten().flatten();
-    files.map(|file| file.path()).any(|file| file.extension().is_some_and(|ending| ending == "csv"))
+    if !is_adding && !others.is_empty() {
+        let hint = "choose another folder with -o, or add these runs to its own with --add";
+        return Err(error(folder, "this campaign has runs already", hint));
+    }
+    let mut written = Written { names: Vec::new(), were_there: 0 };
+    for (run, file, there) in runs {
+        let path = if let Some(path) = there {
+            written.were_there += 1;
+            path
+        } else {
+            file.finish(RunFacts { started_s: Some(run.started_s), ..RunFacts::default() })?
+        };
+        let name = path.file_stem().unwrap_or_default();
+        written.names.push(name.to_string_lossy().into_owned());
+    }
+    complete(folder, &written)?;
+    Ok(written)
 }
 
 /// The robot of a folder that has one.

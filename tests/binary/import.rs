@@ -85,8 +85,19 @@ fn one_bag_with_the_tracker_in_its_own_frame_and_clock_gives_the_same_answer() {
     let temp = TempFolder::new();
     put(&temp, "drive.mcap", mystery().bag());
     same_answer(&temp, &[&["drive.mcap"], &SHEET[..]].concat(), RUNS, 1.0);
-    let again = temp.run_with(&["import", "drive.mcap", "-o", "my-robot"], "").refused();
-    assert!(again.contains("my-robot: this campaign has runs already"), "{again}");
+    // The same again changes nothing, with --add either, and draws the page that an interrupted import lacks.
+    std::fs::remove_file(temp.path("my-robot/import.html")).unwrap();
+    for add in [&[][..], &["--add"]] {
+        let line = [&["import", "drive.mcap", "-o", "my-robot"], add].concat();
+        let said = temp.run_with(&line, "").ok().stderr;
+        assert!(said.contains(&format!("{RUNS} of them were there already")), "{said}");
+        assert_eq!(std::fs::read_dir(temp.path("my-robot/runs")).unwrap().count(), RUNS);
+        assert!(temp.path("my-robot/import.html").exists());
+    }
+    put(&temp, "other.mcap", OneLog::of_runs(Path::new(MYSTERY), LATE_S, 4..9).bag());
+    let other = temp.run_with(&["import", "other.mcap", "-o", "my-robot"], "").refused();
+    assert!(other.contains("my-robot: this campaign has runs already"), "{other}");
+    std::fs::remove_file(temp.path("other.mcap")).unwrap();
     assert_eq!(temp.listing(), ["drive.mcap", "my-robot"]);
 }
 
@@ -367,20 +378,7 @@ fn a_run_that_is_recorded_as_a_bag_too_is_imported_from_it_and_a_bag_is_never_re
     let has = |topic: &str| listed.lines().any(|line| line.contains(topic));
     assert!(has("/dynamic_joint_states") && has("/battery_state"), "{listed}");
     let (bag, runs) = (temp.read("drive.mcap"), temp.path("mine/runs"));
-    temp.run_with(
-        &[
-            "import",
-            "drive.mcap",
-            "-o",
-            "imported",
-            "--wheel-radius",
-            "36mm",
-            "--track-width",
-            "37.2cm",
-        ],
-        "",
-    )
-    .ok();
+    temp.run("import drive.mcap -o imported --wheel-radius 36mm --track-width 37.2cm").ok();
     let rows = |folder: &str| {
         let runs = std::fs::read_dir(temp.path(folder).join("runs")).unwrap();
         let first = runs.map(|run| run.unwrap().path()).next().unwrap();

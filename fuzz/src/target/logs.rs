@@ -50,9 +50,9 @@ fn understood(chosen: Chosen, nominal: &Geometry, folder: &Path) {
     let Ok(understood) = understood else { return };
     assert!(understood.clock.late_s.is_finite());
     let _ = std::fs::remove_dir_all(folder);
-    if let Ok(names) = import::write::write(&understood, folder, false) {
+    if let Ok(written) = import::write::write(&understood, folder, false) {
         let read = campaign::Campaign::read(folder).unwrap_or_else(|error| panic!("{error}"));
-        assert_eq!(read.runs.len(), names.len());
+        assert_eq!(read.runs.len(), written.names.len());
     }
 }
 

@@ -1,5 +1,6 @@
 //! `beeline export`: what a campaign says, for other programs.
 
+use std::fs;
 use std::path::Path;
 
 use ::import::export::{Controller, Target, Trajectory, bag, table};
@@ -66,6 +67,10 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
                     [("measured", one.measured_tum()), ("odometry", one.odometry_tum())]
                 {
                     let file = folder.join(format!("{}_{what}.tum", one.run));
+                    // Of an export that was interrupted.
+                    if fs::read(&file).is_ok_and(|there| there == text.as_bytes()) {
+                        continue;
+                    }
                     write_new(&file, text.as_bytes(), args.force)?;
                 }
             }

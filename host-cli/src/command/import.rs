@@ -2,11 +2,13 @@
 //!
 //! Reading and understanding them is left to the crate `import`.
 
+use std::path::Path;
+
 use ::import::controller_file::{self, ControllerFile};
 use ::import::geometry::Geometry;
 use ::import::source::{Choice, Offer, Sources};
 use ::import::understand::{Hints, Understood, understand};
-use ::import::write::{robot_of, write};
+use ::import::write::{Written, robot_of, write_with};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, ImportArgs};
@@ -59,12 +61,10 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     let (wheels, poses) = (chosen.wheels.what.clone(), chosen.poses.what.clone());
     let mut understood = understand(chosen.wheels, &chosen.poses, &hints, chosen.same_clock)?;
     understood.notes.splice(0..0, chosen.notes);
-    let names = write(&understood, folder, args.add)?;
-    let page = folder.join(PAGE);
-    write_own(&page, import_page::page(&understood, &names).as_bytes()).map_err(|error| {
-        Error::new(format_args!("cannot write {}: {error}", page.display()))
-            .hint("the campaign itself is written")
-    })?;
+    let Written { names, were_there } =
+        write_with(&understood, folder, args.add, |folder, written| {
+            write_page(folder, &understood, written)
+        })?;
     understood.notes.iter().for_each(warn);
     if common.json {
         say(to_json(&understood, &names));
@@ -77,6 +77,9 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     say("");
     table(&understood, &names);
     say("");
+    if were_there > 0 {
+        note(format_args!("{were_there} of them were there already, and stay as they are"));
+    }
     note(format_args!(
         "{}: {}, and {PAGE} shows what was understood. Next: `beeline compare {}`",
         folder.display(),
@@ -84,6 +87,21 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
         shell_path(folder)
     ));
     Ok(())
+}
+
+/// Writes the page into a campaign. If no run is new, that of an earlier import stays: it says what that one understood.
+fn write_page(
+    folder: &Path,
+    understood: &Understood,
+    written: &Written,
+) -> std::result::Result<(), CampaignError> {
+    let page = folder.join(PAGE);
+    if page.exists() && written.were_there == written.names.len() {
+        return Ok(());
+    }
+    let html = import_page::page(understood, &written.names);
+    write_own(&page, html.as_bytes())
+        .map_err(|error| CampaignError::io(&page, "write it", error.into()))
 }
 
 /// The topic of odometry that is to be turned back into wheels, and the numbers that it used.

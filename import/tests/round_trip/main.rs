@@ -86,9 +86,13 @@ fn a_bag_with_the_tracker_in_its_own_frame_and_clock_gives_the_same_verdict() {
     let understood = imported(&[bag], &Choice::default(), &hints());
     check_clock_and_runs(&understood);
     let campaign = folder.path().join("my-robot");
-    let names = write(&understood, &campaign, false).unwrap();
-    assert_eq!(names.len(), NAMES.len());
-    let refused = write(&understood, &campaign, false).unwrap_err().to_string();
+    let written = write(&understood, &campaign, false).unwrap();
+    assert_eq!((written.names.len(), written.were_there), (NAMES.len(), 0));
+    let again = write(&understood, &campaign, false).unwrap();
+    assert_eq!((again.names, again.were_there), (written.names, NAMES.len()));
+    let mut fewer = understood.clone();
+    fewer.runs.pop();
+    let refused = write(&fewer, &campaign, false).unwrap_err().to_string();
     assert!(refused.contains("has runs already; choose another folder with -o"), "{refused}");
     let (value, _) = speed_growth(&campaign);
     let (expected, sigma) = speed_growth(Path::new(MYSTERY));

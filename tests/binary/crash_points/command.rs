@@ -8,20 +8,30 @@ use super::tree::{KEYS, Tree};
 pub struct Writing {
     pub line: &'static str,
     pub before: &'static [&'static str],
-    /// Whether it writes into the campaign folder `robot`, which has one writer at a time.
-    pub locks: bool,
+    pub writers: Writers,
     /// A file that must be there before another one changes: `(first, then)`.
     pub order: Option<(&'static str, &'static str)>,
     /// A picture that may be missing: of a drive after which the robot is straight already, and drives no more.
     pub picture: Option<&'static str>,
 }
 
+/// What of a second process that gives the same command at the same time.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Writers {
+    /// Nothing is promised.
+    One,
+    /// Both write the same, whoever comes first.
+    Alike,
+    /// The campaign folder `robot` has one writer at a time.
+    Locked,
+}
+
 const fn writing(line: &'static str, before: &'static [&'static str]) -> Writing {
-    Writing { line, before, locks: false, order: None, picture: None }
+    Writing { line, before, writers: Writers::One, order: None, picture: None }
 }
 
 const fn locking(line: &'static str, before: &'static [&'static str]) -> Writing {
-    Writing { locks: true, ..writing(line, before) }
+    Writing { writers: Writers::Locked, ..writing(line, before) }
 }
 
 const RECORD: &str = "campaign record robot --plan plan.toml";
@@ -70,7 +80,17 @@ pub const ALL: &[Writing] = &[
     writing("tune --undo --flash flash", &["config save --flash flash", TUNE]),
     writing("export robot --to csv -o runs.csv", &[RECORD]),
     writing(EXPORT_BAG, &[RECORD]),
-    writing("import runs.mcap -o again", &[RECORD, EXPORT_BAG]),
+    writing("export robot --to tum -o tum", &[RECORD]),
+    Writing {
+        writers: Writers::Alike,
+        ..writing("import runs.mcap -o again", &[RECORD, EXPORT_BAG])
+    },
+    locking("import runs.mcap -o robot --add", &[RECORD, EXPORT_BAG]),
+    // By its name it is of that day, whenever its files were written.
+    writing(
+        "fleet robots -o fleet.html --table fleet.csv",
+        &[RECORD, EXPORT_BAG, "import runs.mcap -o robots/2025-03-01"],
+    ),
     writing("key new new.key", &[]),
     writing(KEY_SET, &["config save --flash flash"]),
     writing("key set other.key --flash flash --key-file robot.key", &[SAVE, KEY_SET]),

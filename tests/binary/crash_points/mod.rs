@@ -24,7 +24,7 @@ use campaign::Campaign;
 use campaign::lock::NAME;
 
 use self::call::Call;
-use self::command::{ALL, Writing, folder};
+use self::command::{ALL, Writers, Writing, folder};
 use self::tracer::{Then, Traced, trace};
 use self::tree::{Tree, age, leftovers};
 use crate::outcome::Outcome;
@@ -99,9 +99,10 @@ impl CommandUnderTest {
         self.is_old_or_new(&temp, &place);
         if ended.code == Some(0) {
             // A mark that could not be removed changes nothing, and the next writer removes it.
-            let toml = temp.path("robot/robot.toml");
-            if let Ok(text) = std::fs::read_to_string(&toml) {
-                std::fs::write(&toml, text.replace("pending = true\n", "")).unwrap();
+            for toml in ["robot/robot.toml", "again/robot.toml"] {
+                if let Ok(text) = std::fs::read_to_string(temp.path(toml)) {
+                    std::fs::write(temp.path(toml), text.replace("pending = true\n", "")).unwrap();
+                }
             }
             self.is_complete(&temp, &format!("{place}: {stderr}"));
             return;
@@ -237,7 +238,8 @@ fn examine(command: &'static Writing, step: usize) -> (usize, Vec<String>) {
     let takes = |index: &usize| matches!(tested.stops[*index], Call::Takes(_) | Call::Caches);
     let kills: Vec<usize> = (0..tested.stops.len()).step_by(step).collect();
     let fills: Vec<usize> = kills.iter().copied().filter(takes).collect();
-    let seconds: Vec<usize> = if command.locks { kills.clone() } else { Vec::new() };
+    let seconds: Vec<usize> =
+        if command.writers == Writers::One { Vec::new() } else { kills.clone() };
     let mut wrong = Vec::new();
     let mut hold = |points: &[usize], survives: &dyn Fn(usize)| {
         for point in points {
@@ -254,7 +256,7 @@ fn examine(command: &'static Writing, step: usize) -> (usize, Vec<String>) {
     hold(&seconds, &|at| {
         locked.set(locked.get() + u32::from(tested.keeps_a_second_writer_out(at)))
     });
-    if command.locks && locked.get() == 0 {
+    if command.writers == Writers::Locked && locked.get() == 0 {
         wrong.push(format!("`{}` writes without the lock of its folder", command.line));
     }
     let (calls, [kills, fills, seconds]) =
@@ -275,10 +277,10 @@ fn every_writing_command_syncs_the_names_of_its_files_leaves_nothing_and_can_be_
     }
 }
 
-/// Some points of some commands: a campaign's runs and facts, its model, an explanation, a file of its own, an undo.
+/// Some points of some commands: a campaign's runs and facts, its model, an explanation, a file of its own, an undo, an import.
 #[test]
 fn commands_that_are_ended_at_some_points_leave_old_or_new_and_complete_when_given_again() {
-    let wrong: Vec<String> = [(0, 5), (7, 5), (11, 15), (15, 4), (19, 2)]
+    let wrong: Vec<String> = [(0, 5), (7, 5), (11, 15), (15, 4), (19, 2), (27, 17)]
         .iter()
         .flat_map(|(index, step)| examine(&ALL[*index], *step).1)
         .collect();

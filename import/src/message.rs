@@ -266,9 +266,31 @@ pub fn encode_battery(t_s: f64, volts: f64) -> Vec<u8> {
 /// The bytes of a PoseStamped.
 pub fn encode_pose(frame: &str, pose: &Pose3) -> Vec<u8> {
     let mut cdr = CdrWriter::default();
-    write_header(&mut cdr, pose.t_s, frame);
+    write_pose(&mut cdr, frame, pose);
+    cdr.finish()
+}
+
+/// A PoseStamped, to be written.
+fn write_pose(cdr: &mut CdrWriter, frame: &str, pose: &Pose3) {
+    write_header(cdr, pose.t_s, frame);
     let orientation = pose.orientation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
     pose.position_m.iter().chain(&orientation).for_each(|number| cdr.f64(*number));
+}
+
+/// The bytes of a Path.
+pub fn encode_path(t_s: f64, frame: &str, poses: &[Pose3]) -> Vec<u8> {
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, t_s, frame);
+    cdr.u32(poses.len() as u32);
+    poses.iter().for_each(|pose| write_pose(&mut cdr, frame, pose));
+    cdr.finish()
+}
+
+/// The bytes of a Vector3Stamped.
+pub fn encode_vector(t_s: f64, frame: &str, vector: [f64; 3]) -> Vec<u8> {
+    let mut cdr = CdrWriter::default();
+    write_header(&mut cdr, t_s, frame);
+    vector.iter().for_each(|number| cdr.f64(*number));
     cdr.finish()
 }
 

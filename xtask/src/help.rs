@@ -22,8 +22,8 @@ cargo xtask <chore>
   bench crash        kills each writing command at every system call that changes the file system
                      (Linux on x86-64): is each file old or new, and does the command complete then?
   peers              exchanges bags, trajectories and parameters with the Python packages rosbags, mcap, evo and PyYAML,
-                     which it installs into the build folder
-  wheel              builds the Python wheel, and runs its tests in an environment in the build folder
+                     which it installs into the build folder; a part of `test`
+  wheel              builds the Python wheel, runs its tests and its notebook in an environment in the build folder
   emulate [--listen HOST:PORT] [--scenario FILE] [--camera FILE] [--flash FILE]
                      the emulated board behind TCP, for `beeline --port tcp:HOST:PORT`
   bench NAME [ARGS]  runs tests/examples/bench_NAME.rs as a release build; `all` runs all of these,

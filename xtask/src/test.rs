@@ -12,7 +12,7 @@ use crate::steps::{Outcome, Steps, cargo, run as command};
 use crate::test_binaries::TestBinary;
 use crate::{
     arrows, boards, browser, circles, dependencies, documents, emulated, firmware, forbidden_words,
-    lengths, prerequisites, side_effects, test_binaries, third_party,
+    lengths, peers, prerequisites, side_effects, test_binaries, third_party,
 };
 
 pub fn run() -> Outcome {
@@ -76,7 +76,7 @@ fn all(steps: &mut Steps) -> Outcome {
     beside(
         steps,
         ("test", || test_binaries::run(&binaries, REAL_TIME, &image)),
-        ("browser", browser::test),
+        ("browser and peers", || browser::test().and_then(|()| peers::check_built())),
     )?;
     // They wait more than they compute: more of them run at once than there are cores, and nothing beside them.
     let wait = ["--test-threads", REAL_TIME_THREADS];

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use import::text::{Mapping, parse_mappings};
 
+use super::CacheArgs;
 use super::value_parsers::{above_zero, length, new_file, time};
 use crate::quantity::{Length, Time};
 
@@ -105,6 +106,9 @@ pub struct ExportArgs {
     /// Replace files that exist.
     #[arg(long)]
     pub force: bool,
+    /// Whether what was found before is used again.
+    #[command(flatten)]
+    pub reuse: CacheArgs,
 }
 
 /// What is exported.
@@ -120,7 +124,7 @@ pub enum ExportFormat {
     Wpilib,
     /// The numbers of diff_drive_controller as JSON.
     Json,
-    /// Two trajectories a run: as measured, and by odometry with these numbers.
+    /// Three trajectories a run: as measured, by odometry with these numbers, and as the campaign's model predicts.
     Tum,
     /// All runs in one table.
     Csv,

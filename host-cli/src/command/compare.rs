@@ -4,6 +4,7 @@
 
 use std::path::Path;
 
+use robot_model::compare::EffectWithValues;
 use serde_json::Value;
 
 use super::motors;
@@ -26,11 +27,7 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
         Some(file) => (file, ModelFile::read(file)?),
         None => (&default, ModelFile::read_or_empty(&default)?),
     };
-    let model_effects = model.effects_with_values().map_err(|id| {
-        let campaign = shell_path(&args.campaign);
-        Error::new(format_args!("{}: {id} has no values yet", file.display()))
-            .hint(format_args!("`beeline model fit {campaign}`"))
-    })?;
+    let model_effects = effects_of(&model, file, &args.campaign)?;
     let cache = args.reuse.cache(common.json);
     let comparer = cache.comparer(&campaign, &model)?;
     let comparison = comparer.compare(&model_effects);
@@ -42,6 +39,18 @@ pub(super) fn run(common: &Common, args: &CompareArgs) -> Result<()> {
         show(&comparison, nominal.as_ref());
     }
     Ok(())
+}
+
+/// The effects of a model of this file, with their values.
+pub(super) fn effects_of<'a>(
+    model: &'a ModelFile,
+    file: &Path,
+    campaign: &Path,
+) -> Result<Vec<EffectWithValues<'a>>> {
+    model.effects_with_values().map_err(|id| {
+        Error::new(format_args!("{}: {id} has no values yet", file.display()))
+            .hint(format_args!("`beeline model fit {}`", shell_path(campaign)))
+    })
 }
 
 /// Warns of runs that are ignored, as they have no measured positions.

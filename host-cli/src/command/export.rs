@@ -6,7 +6,7 @@ use std::path::Path;
 use ::import::export::{Controller, Target, Trajectory, bag, table};
 use serde_json::{Value, json};
 
-use super::compare::read;
+use super::compare::{effects_of, read};
 use crate::cli::{Common, ExportArgs, ExportFormat};
 use crate::error::{Context, Error, Result};
 use crate::ui::{note, runs, say_text, tell, warn};
@@ -17,7 +17,8 @@ use campaign::new_folders::NewFolders;
 pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
     let output = output(common, args)?;
     let (read, campaign) = read(&args.campaign)?;
-    let model = ModelFile::read_or_empty(&ModelFile::place(&args.campaign))?;
+    let place = ModelFile::place(&args.campaign);
+    let model = ModelFile::read_or_empty(&place)?;
     let target = match args.to {
         ExportFormat::Turtlebot3 => Target::TurtleBot3,
         ExportFormat::Linorobot2 => Target::Linorobot2,
@@ -34,12 +35,13 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
             own - whole
         ));
     }
-    let trajectories = || {
-        Trajectory::all(
-            &campaign,
-            controller.geometry.radii_m(),
-            controller.geometry.track_width_m(),
-        )
+    let trajectories = || -> Result<_> {
+        let geometry = &controller.geometry;
+        let mut all = Trajectory::all(&campaign, geometry.radii_m(), geometry.track_width_m());
+        let effects = effects_of(&model, &place, &args.campaign)?;
+        let comparer = args.reuse.cache(common.json).comparer(&campaign, &model)?;
+        Trajectory::add_predictions(&mut all, &comparer.predicted(&effects));
+        Ok(all)
     };
     match args.to {
         ExportFormat::Ros2
@@ -49,10 +51,11 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
         ExportFormat::Json => {
             text(common, (output, args.force), &format!("{:#}\n", to_json(&controller)))
         }
-        ExportFormat::Csv => text(common, (output, args.force), &table(&trajectories())),
+        ExportFormat::Csv => text(common, (output, args.force), &table(&trajectories()?)),
         ExportFormat::Mcap => {
-            let bytes = bag(&with_telemetry(trajectories(), &read.runs));
-            let bytes = bytes.context("cannot make the bag")?;
+            let mut all = trajectories()?;
+            Trajectory::add_telemetry(&mut all, &read.runs);
+            let bytes = bag(&all).context("cannot make the bag")?;
             let Some(file) = output else { return Ok(()) };
             write_new(file, &bytes, args.force)?;
             told(common, file, &format!("a ROS 2 bag of {}", runs(campaign.runs.len())));
@@ -60,24 +63,11 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
         }
         ExportFormat::Tum => {
             let Some(folder) = output else { return Ok(()) };
-            let _made = NewFolders::make(folder)
-                .context(format_args!("cannot make {}", folder.display()))?;
-            for one in trajectories() {
-                for (what, text) in
-                    [("measured", one.measured_tum()), ("odometry", one.odometry_tum())]
-                {
-                    let file = folder.join(format!("{}_{what}.tum", one.run));
-                    // Of an export that was interrupted.
-                    if fs::read(&file).is_ok_and(|there| there == text.as_bytes()) {
-                        continue;
-                    }
-                    write_new(&file, text.as_bytes(), args.force)?;
-                }
-            }
+            write_tum(folder, &trajectories()?, args.force)?;
             told(
                 common,
                 folder,
-                &format!("two trajectories of each of {}", runs(campaign.runs.len())),
+                &format!("three trajectories of each of {}", runs(campaign.runs.len())),
             );
             Ok(())
         }
@@ -87,7 +77,7 @@ pub(super) fn run(common: &Common, args: &ExportArgs) -> Result<()> {
 /// The file or folder to write; none if the text goes to standard output.
 fn output<'a>(common: &Common, args: &'a ExportArgs) -> Result<Option<&'a Path>> {
     let needs = match args.to {
-        ExportFormat::Tum => Some("a folder: two files a run go into it"),
+        ExportFormat::Tum => Some("a folder: three files a run go into it"),
         ExportFormat::Mcap => Some("a file: a bag is not text"),
         _ => None,
     };
@@ -102,9 +92,25 @@ fn output<'a>(common: &Common, args: &'a ExportArgs) -> Result<Option<&'a Path>>
     Ok(output)
 }
 
-fn with_telemetry(mut all: Vec<Trajectory>, runs: &[campaign::Run]) -> Vec<Trajectory> {
-    Trajectory::add_telemetry(&mut all, runs);
-    all
+/// Writes three files a run.
+fn write_tum(folder: &Path, trajectories: &[Trajectory], force: bool) -> Result<()> {
+    let _made =
+        NewFolders::make(folder).context(format_args!("cannot make {}", folder.display()))?;
+    for one in trajectories {
+        for (what, text) in [
+            ("measured", one.measured_tum()),
+            ("odometry", one.odometry_tum()),
+            ("predicted", one.predicted_tum()),
+        ] {
+            let file = folder.join(format!("{}_{what}.tum", one.run));
+            // Of an export that was interrupted.
+            if fs::read(&file).is_ok_and(|there| there == text.as_bytes()) {
+                continue;
+            }
+            write_new(&file, text.as_bytes(), force)?;
+        }
+    }
+    Ok(())
 }
 
 fn text(common: &Common, (file, force): (Option<&Path>, bool), text: &str) -> Result<()> {

@@ -4,31 +4,37 @@ use std::io;
 
 use super::Trajectory;
 use super::definitions::{
-    BATTERY_STATE, DYNAMIC_JOINT_STATE, IMU, JOINT_STATE, ODOMETRY, POSE_STAMPED,
+    BATTERY_STATE, DYNAMIC_JOINT_STATE, IMU, JOINT_STATE, ODOMETRY, PATH, POSE_STAMPED,
+    VECTOR3_STAMPED,
 };
 use crate::log::Pose3;
 use crate::mcap::{BagWriter, ChannelId};
 use crate::message::{
-    encode_battery, encode_imu, encode_interface, encode_joints, encode_odometry, encode_pose,
+    encode_battery, encode_imu, encode_interface, encode_joints, encode_odometry, encode_path,
+    encode_pose, encode_vector,
 };
 
 /// What the wheels are called.
 const JOINTS: [&str; 2] = ["left_wheel_joint", "right_wheel_joint"];
 
 /// Every topic: its name, its type, its definition.
-const TOPICS: [[&str; 3]; 6] = [
+const TOPICS: [[&str; 3]; 8] = [
     ["/joint_states", "sensor_msgs/msg/JointState", JOINT_STATE],
     ["/measured", "geometry_msgs/msg/PoseStamped", POSE_STAMPED],
     ["/odom", "nav_msgs/msg/Odometry", ODOMETRY],
     ["/dynamic_joint_states", "control_msgs/msg/DynamicJointState", DYNAMIC_JOINT_STATE],
     ["/battery_state", "sensor_msgs/msg/BatteryState", BATTERY_STATE],
     ["/imu", "sensor_msgs/msg/Imu", IMU],
+    // A path is no source of poses for an import: it was not measured.
+    ["/predicted", "nav_msgs/msg/Path", PATH],
+    ["/residual", "geometry_msgs/msg/Vector3Stamped", VECTOR3_STAMPED],
 ];
 
 /// All runs in one bag; topics of which there is nothing are left out.
 pub fn bag(trajectories: &[Trajectory]) -> io::Result<Vec<u8>> {
     let mut bag = BagWriter::new(Vec::new())?;
     let is_there = |of: fn(&Trajectory) -> bool| trajectories.iter().any(of);
+    let is_predicted = is_there(|one| one.predicted.iter().any(Option::is_some));
     // Wheels, poses and odometry are what a bag is read for: they are always there.
     let there = [
         true,
@@ -37,6 +43,8 @@ pub fn bag(trajectories: &[Trajectory]) -> io::Result<Vec<u8>> {
         is_there(|one| !one.telemetry.duty.is_empty()),
         is_there(|one| !one.telemetry.supply_v.is_empty()),
         is_there(|one| !one.telemetry.yaw_rates.is_empty()),
+        is_predicted,
+        is_predicted,
     ];
     let mut channels = [None; TOPICS.len()];
     for ((channel, [topic, schema, definition]), is_there) in
@@ -92,6 +100,16 @@ fn messages(one: &Trajectory, channels: &[Option<ChannelId>], any_heading: bool)
     }
     for (t_s, rate) in &one.telemetry.yaw_rates {
         add(5, *t_s, &|t_s| encode_imu(t_s, [0.0, 0.0, *rate]));
+    }
+    let predicted = one.measured.iter().zip(&one.predicted);
+    let path: Vec<Pose3> = predicted
+        .filter_map(|((t_s, ..), predicted)| Some(pose(one.started_s + t_s, (*predicted)?.1)))
+        .collect();
+    if !path.is_empty() {
+        add(6, 0.0, &|t_s| encode_path(t_s, "map", &path));
+    }
+    for (t_s, residual) in one.residuals() {
+        add(7, t_s, &|t_s| encode_vector(t_s, "predicted", residual));
     }
     messages
 }

@@ -53,6 +53,14 @@ geometry_msgs/Point position
 geometry_msgs/Quaternion orientation
 "
     };
+    (pose_stamped) => {
+        "\
+================================================================================
+MSG: geometry_msgs/PoseStamped
+std_msgs/Header header
+geometry_msgs/Pose pose
+"
+    };
     (point) => {
         "\
 ================================================================================
@@ -165,6 +173,31 @@ geometry_msgs/Pose pose
     part!(pose),
     part!(point),
     part!(quaternion),
+);
+
+/// `nav_msgs/msg/Path`.
+pub(super) const PATH: &str = concat!(
+    "\
+std_msgs/Header header
+geometry_msgs/PoseStamped[] poses
+",
+    part!(header),
+    part!(time),
+    part!(pose_stamped),
+    part!(pose),
+    part!(point),
+    part!(quaternion),
+);
+
+/// `geometry_msgs/msg/Vector3Stamped`.
+pub(super) const VECTOR3_STAMPED: &str = concat!(
+    "\
+std_msgs/Header header
+geometry_msgs/Vector3 vector
+",
+    part!(header),
+    part!(time),
+    part!(vector3),
 );
 
 /// `nav_msgs/msg/Odometry`.

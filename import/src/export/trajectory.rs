@@ -1,12 +1,14 @@
-//! The runs of a campaign as trajectories: as measured, and by odometry with given radii and track width.
+//! The runs of a campaign as trajectories: as measured, by odometry with given radii and track width, and as a model predicts
+//! them.
 
 use std::fmt::Write as _;
 
+use robot_model::compare::RunPredicted;
 use robot_model::recording::{Campaign, Recording};
 
 use super::telemetry::Telemetry;
 
-/// A pose at a time: x, y \[m\], heading \[rad\].
+/// A pose at a time: time \[s\], x, y \[m\], heading \[rad\].
 type Timed = (f64, [f64; 3]);
 
 /// One run.
@@ -20,6 +22,9 @@ pub struct Trajectory {
     pub wheels: Vec<(f64, [f64; 2])>,
     /// As measured: a heading where there is one.
     pub measured: Vec<(f64, [f64; 2], Option<f64>)>,
+    /// What a model predicts for each measured pose, at its time by the clock of the wheels, where it was asked
+    /// ([`Trajectory::add_predictions`]).
+    pub predicted: Vec<Option<Timed>>,
     /// By odometry, from the first measured pose on.
     pub odometry: Vec<Timed>,
     /// Travel and turn per second before each sample of the odometry \[m/s, rad/s\].
@@ -64,7 +69,41 @@ impl Trajectory {
         let odometry = odometry(&wheels, &steps, start);
         let speeds = speeds(&wheels, &steps);
         let (run, telemetry) = (run.name.clone(), Telemetry::default());
-        Self { run, started_s, wheels, measured, odometry, speeds, telemetry }
+        let predicted = vec![None; measured.len()];
+        Self { run, started_s, wheels, measured, predicted, odometry, speeds, telemetry }
+    }
+
+    /// Adds what a model predicts for the measured poses of these runs.
+    pub fn add_predictions(all: &mut [Self], runs: &[RunPredicted]) {
+        for one in all {
+            let Some(run) = runs.iter().find(|run| run.run == one.run) else { continue };
+            // By the clock of the wheels their times may be others; they are in the same order, but for those that no model
+            // predicts.
+            let mut poses = run.measured.iter().zip(&run.predicted);
+            for ((_, position_m, _), predicted) in one.measured.iter().zip(&mut one.predicted) {
+                let mut ahead = poses.clone();
+                let found = ahead.find(|(measured, _)| measured.position_m == Some(*position_m));
+                let Some((measured, pose)) = found else { continue };
+                *predicted = Some((measured.t_s, [pose.x_m, pose.y_m, pose.heading_rad]));
+                poses = ahead;
+            }
+        }
+    }
+
+    /// Measured minus predicted, at the time of each prediction: ahead and to the left of the predicted robot \[m\], and in
+    /// heading \[rad\], NaN where none was measured.
+    pub(super) fn residuals(&self) -> impl Iterator<Item = Timed> {
+        let both = self.measured.iter().zip(&self.predicted);
+        both.filter_map(|((t_s, [x, y], heading), predicted)| {
+            let (_, [predicted_x, predicted_y, predicted_heading]) = (*predicted)?;
+            let (sin, cos) = predicted_heading.sin_cos();
+            let (dx, dy) = (x - predicted_x, y - predicted_y);
+            let turned = heading.map_or(f64::NAN, |heading| {
+                let turned = heading - predicted_heading;
+                turned.sin().atan2(turned.cos())
+            });
+            Some((*t_s, [dx * cos + dy * sin, dy * cos - dx * sin, turned]))
+        })
     }
 
     /// Adds what the robot told of itself in the runs of this name.
@@ -82,6 +121,13 @@ impl Trajectory {
             .measured
             .iter()
             .map(|(t_s, [x, y], heading)| (*t_s, [*x, *y, heading.unwrap_or(0.0)]));
+        tum(self.started_s, poses)
+    }
+
+    /// What is predicted as a TUM trajectory, at the times of the measured poses.
+    pub fn predicted_tum(&self) -> String {
+        let both = self.measured.iter().zip(&self.predicted);
+        let poses = both.filter_map(|((t_s, ..), predicted)| Some((*t_s, (*predicted)?.1)));
         tum(self.started_s, poses)
     }
 
@@ -137,22 +183,28 @@ fn tum(started_s: f64, poses: impl Iterator<Item = Timed>) -> String {
     text
 }
 
-/// All runs in one CSV table. A row has the wheels and the odometry, or a measured pose.
+/// All runs in one CSV table. A row has the wheels and the odometry, or a measured pose and what the model predicts for it.
 pub fn table(trajectories: &[Trajectory]) -> String {
-    let mut text =
-        "run,t_s,left_rad,right_rad,odometry_x_m,odometry_y_m,odometry_heading_rad,x_m,y_m,heading_rad\n".to_owned();
+    let mut text = "run,t_s,left_rad,right_rad,odometry_x_m,odometry_y_m,odometry_heading_rad,x_m,y_m,heading_rad,\
+                    predicted_t_s,predicted_x_m,predicted_y_m,predicted_heading_rad\n"
+        .to_owned();
     for one in trajectories {
         // A separator in the name of a file.
         let run = format!("\"{}\"", one.run.replace('"', "\"\""));
         let run = if one.run.contains([',', '"', '\n']) { &run } else { &one.run };
         let wheels = one.wheels.iter().zip(&one.odometry).map(
             |((t_s, [left, right]), (_, [x, y, heading]))| {
-                (*t_s, format!("{left:.7},{right:.7},{x:.7},{y:.7},{heading:.7},,,"))
+                (*t_s, format!("{left:.7},{right:.7},{x:.7},{y:.7},{heading:.7},,,,,,,"))
             },
         );
-        let poses = one.measured.iter().map(|(t_s, [x, y], heading)| {
+        let poses = one.measured.iter().zip(&one.predicted);
+        let poses = poses.map(|((t_s, [x, y], heading), predicted)| {
             let heading = heading.map_or_else(String::new, |heading| format!("{heading:.7}"));
-            (*t_s, format!(",,,,,{x:.7},{y:.7},{heading}"))
+            let predicted = predicted.map_or_else(
+                || ",,,".to_owned(),
+                |(t_s, [x, y, heading])| format!("{t_s:.6},{x:.7},{y:.7},{heading:.7}"),
+            );
+            (*t_s, format!(",,,,,{x:.7},{y:.7},{heading},{predicted}"))
         });
         let mut rows: Vec<(f64, String)> = wheels.chain(poses).collect();
         rows.sort_by(|a, b| a.0.total_cmp(&b.0));

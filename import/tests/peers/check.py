@@ -12,7 +12,6 @@ import subprocess
 import sys
 import tempfile
 
-import beeline as beeline_python
 import numpy as np
 import yaml
 from evo.core import metrics, sync
@@ -65,19 +64,21 @@ def speed_growth(campaign):
     return found["value"], found["sigma"]
 
 
-def exported():
-    """The runs of the mystery from the table that Beeline writes."""
+POSE = ("x_m", "y_m", "heading_rad")
+
+
+def exported(table):
+    """The runs of a campaign from the table that Beeline writes: poses as measured, and then as predicted, by the clock of the wheels."""
     runs = {}
-    with open(folder / "table.csv") as file:
-        for row in csv.DictReader(file):
-            run = runs.setdefault(row["run"], {"wheels": [], "odometry": [], "poses": []})
-            t_s = float(row["t_s"])
-            if row["left_rad"]:
-                run["wheels"].append((t_s, float(row["left_rad"]), float(row["right_rad"])))
-                odometry = [f"odometry_{name}" for name in ("x_m", "y_m", "heading_rad")]
-                run["odometry"].append((t_s, *(float(row[name]) for name in odometry)))
-            else:
-                run["poses"].append((t_s, float(row["x_m"]), float(row["y_m"]), float(row["heading_rad"])))
+    for row in csv.DictReader(table.splitlines()):
+        one = runs.setdefault(row["run"], {"wheels": [], "odometry": [], "poses": []})
+        t_s = float(row["t_s"])
+        if row["left_rad"]:
+            one["wheels"].append((t_s, float(row["left_rad"]), float(row["right_rad"])))
+            one["odometry"].append((t_s, *(float(row[f"odometry_{name}"]) for name in POSE)))
+        else:
+            names = [*POSE, *(f"predicted_{name}" for name in ("t_s", *POSE))]
+            one["poses"].append((t_s, *(float(row[name] or "nan") for name in names)))
     return runs
 
 
@@ -100,6 +101,12 @@ def bag_is_read_by_others(runs):
         [(m.pose.pose.position.x, m.pose.pose.position.y) for topic, m in read if topic == "/odom"]
     )
     check("and its odometry is that of the table", np.allclose(of_bag, odometry, atol=1e-6))
+    predicted = np.array([row[5:7] for run in runs.values() for row in run["poses"]])
+    of_bag = [one.pose.position for topic, m in read if topic == "/predicted" for one in m.poses]
+    check("and the predicted paths too", np.allclose([(at.x, at.y) for at in of_bag], predicted, atol=1e-6))
+    apart = np.array([np.subtract(row[1:3], row[5:7]) for run in runs.values() for row in run["poses"]])
+    of_bag = np.array([(m.vector.x, m.vector.y) for topic, m in read if topic == "/residual"])
+    check("and residuals are as long as poses are apart", np.allclose(np.hypot(*of_bag.T), np.hypot(*apart.T), atol=1e-6))
 
 
 def a_recorded_bag_has_what_the_robot_tells_of_itself():
@@ -168,7 +175,7 @@ def write(place, store, plugin, runs):
                 still, none = vector(0.0, 0.0, 9.8), np.zeros(9)
                 message = imu(header, quaternion(0.0, 0.0, 0.0, 1.0), none, rate, none, still, none)
                 bag.write(rates, ns, store.serialize_cdr(message, imu.__msgtype__))
-            for t_s, x, y, heading in one["poses"]:
+            for t_s, x, y, heading, *_ in one["poses"]:
                 ns, header = stamped(t_s)
                 turned = quaternion(0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2))
                 message = pose_stamped(header, pose(point(x, y, 0.0), turned))
@@ -184,7 +191,7 @@ def a_data_log_of_wpilib_is_read(runs):
     for number, one in enumerate(runs.values()):
         start_us = 1_000_000 + number * 100_000_000
         records = [(t_s, wheels[side], angles[side]) for t_s, *angles in one["wheels"] for side in (0, 1)]
-        records += [(t_s, poses, list(pose)) for t_s, *pose in one["poses"]]
+        records += [(t_s, poses, pose) for t_s, *pose in (row[:4] for row in one["poses"])]
         for t_s, entry, value in sorted(records, key=lambda record: record[0]):
             at_us = start_us + round(t_s * 1e6)
             (entry.update if entry in wheels else entry.append)(value, at_us)
@@ -202,8 +209,10 @@ def a_data_log_of_wpilib_is_read(runs):
 def trajectories_are_read_by_evo(runs):
     worst = 0.0
     for name, one in runs.items():
-        files = [folder / "tracks" / f"{name}_{what}.tum" for what in ("measured", "odometry")]
-        measured, odometry = map(file_interface.read_tum_trajectory_file, map(str, files))
+        files = [folder / "tracks" / f"{name}_{what}.tum" for what in ("measured", "odometry", "predicted")]
+        measured, odometry, predicted = map(file_interface.read_tum_trajectory_file, map(str, files))
+        of_table = np.array([row[5:7] for row in one["poses"]])
+        worst = max(worst, np.abs(predicted.positions_xyz[:, :2] - of_table).max())
         measured, odometry = sync.associate_trajectories(measured, odometry, max_diff=0.002)
         error = metrics.APE(metrics.PoseRelation.translation_part)
         error.process_data((measured, odometry))
@@ -262,10 +271,11 @@ def odometry(wheels, parameters):
     return t_s, *(np.concatenate([[0], np.cumsum(chord * of(middle))]) for of in (np.cos, np.sin))
 
 
-def squares(x, y, track):
+def squares(x, y, measured_x, measured_y):
     """Squared distances to the measured positions, once a path is laid on them as well as turning and shifting it can."""
-    seen = np.isfinite(track.x_m)
-    path, aim = (x + 1j * y)[seen], (track.x_m + 1j * track.y_m)[seen]
+    # A pose that was measured before the wheels were is not predicted.
+    seen = np.isfinite(x)
+    path, aim = (x + 1j * y)[seen], (measured_x + 1j * measured_y)[seen]
     path, aim = path - path.mean(), aim - aim.mean()
     # A robot that rests turns nowhere.
     turn = np.vdot(path, aim) or 1.0
@@ -285,19 +295,22 @@ def parameters_serve_runs_that_were_held_out(example, every):
         else:
             text += f"\n[[run]]\n{line}held_out = true\n"
     robot.write_text(text)
-    campaign = beeline_python.Campaign.from_folder(place)
     told = yaml.safe_load(run("export", place, "--to", "ros2"))["diff_drive_controller"]["ros__parameters"]
     nominal = {**told, **{name: 1.0 for name in told if name.endswith("multiplier")}}
-    fit = campaign.fit(["wheel_radius_ratio", "wheel_radius_scale", "track_width"])
+    (place / "model.toml").unlink(missing_ok=True)
+    for effect in ("wheel_radius_ratio", "wheel_radius_scale", "track_width"):
+        run("model", "add", effect, place)
+    held_out = {one["name"] for one in json.loads(run("compare", place, "--json"))["comparison"]["runs"] if one["held_out"]}
     sums = {"nominal": [], "parameters": [], "ours": []}
-    for track in campaign.predict(fit):
-        if not track.held_out:
+    for name, one in exported(run("export", place, "--to", "csv")).items():
+        if name not in held_out:
             continue
-        for name, numbers in (("nominal", nominal), ("parameters", told)):
-            t_s, x, y = odometry(campaign.wheels(track.run), numbers)
-            at = [np.interp(track.t_s, t_s, values) for values in (x, y)]
-            sums[name].append(squares(*at, track))
-        sums["ours"].append(squares(track.predicted_x_m, track.predicted_y_m, track))
+        wheels = np.array(one["wheels"]).T
+        measured_x, measured_y, _, t_s, *ours = np.array([row[1:] for row in one["poses"]]).T
+        for key, numbers in (("nominal", nominal), ("parameters", told)):
+            at_s, x, y = odometry(wheels, numbers)
+            sums[key].append(squares(*(np.interp(t_s, at_s, values) for values in (x, y)), measured_x, measured_y))
+        sums["ours"].append(squares(*ours[:2], measured_x, measured_y))
     before, theirs, ours = (1e3 * math.sqrt(np.concatenate(one).mean()) for one in sums.values())
     share = (before - theirs) / (before - ours)
     detail = f"{len(sums['ours'])} runs: {before:.2f} mm, {theirs:.2f} mm by the parameters, {ours:.2f} mm by our model"
@@ -305,9 +318,8 @@ def parameters_serve_runs_that_were_held_out(example, every):
 
 
 run("export", MYSTERY, "--to", "mcap", "-o", "drive.mcap")
-run("export", MYSTERY, "--to", "csv", "-o", "table.csv")
 run("export", MYSTERY, "--to", "tum", "-o", "tracks")
-table = exported()
+table = exported(run("export", MYSTERY, "--to", "csv"))
 bag_is_read_by_others(table)
 a_recorded_bag_has_what_the_robot_tells_of_itself()
 trajectories_are_read_by_evo(table)

@@ -112,13 +112,29 @@ pub(crate) fn write_new_on(disk: &dyn Disk, file: &Path, bytes: &[u8]) -> Result
     write_new_as(disk, file, bytes, READABLE)
 }
 
+/// The same, of one of many files in a folder: what killed processes left there was removed before the first.
+pub(crate) fn write_next_on(
+    disk: &dyn Disk,
+    file: &Path,
+    bytes: &[u8],
+) -> Result<bool, WriteError> {
+    let written = temporary(file, READABLE).and_then(|mut beside| {
+        disk.keep(beside.as_file_mut(), bytes)?;
+        Ok(beside)
+    });
+    persist_new(written.map_err(WriteError)?, file)
+}
+
 /// The same, of a file that only its owner may read.
 pub fn write_new_private(file: &Path, bytes: &[u8]) -> Result<bool, WriteError> {
     write_new_as(&SystemDisk, file, bytes, PRIVATE)
 }
 
 fn write_new_as(disk: &dyn Disk, file: &Path, bytes: &[u8], mode: u32) -> Result<bool, WriteError> {
-    let written = with_bytes(disk, file, bytes, mode).map_err(WriteError)?;
+    persist_new(with_bytes(disk, file, bytes, mode).map_err(WriteError)?, file)
+}
+
+fn persist_new(written: NamedTempFile, file: &Path) -> Result<bool, WriteError> {
     match written.persist_noclobber(file) {
         Ok(_) => sync_folder(file).map(|()| true).map_err(WriteError),
         Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Ok(false),
@@ -157,15 +173,18 @@ fn beside(file: &Path, mode: u32) -> io::Result<NamedTempFile> {
     if file.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    let folder = folder_of(file);
-    remove_leftovers(folder);
+    remove_leftovers(folder_of(file));
+    temporary(file, mode)
+}
+
+fn temporary(file: &Path, mode: u32) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(mode));
     #[cfg(not(unix))]
     let _ = mode;
-    let beside = builder.tempfile_in(folder)?;
+    let beside = builder.tempfile_in(folder_of(file))?;
     // The lock tells others that its process lives. A file system may have none.
     let _ = beside.as_file().try_lock();
     Ok(beside)
@@ -223,9 +242,9 @@ impl WriteError {
 /// What to try about an error of the system, if that is clear.
 pub(crate) fn hint(kind: ErrorKind) -> Option<&'static str> {
     Some(match kind {
-        ErrorKind::StorageFull => "make room on the disk; nothing was changed",
+        ErrorKind::StorageFull => "make room on the disk; this file is as it was before",
         ErrorKind::QuotaExceeded => {
-            "raise the limit (a quota of the disk, `ulimit -f`), or choose another disk; nothing was changed"
+            "raise the limit (a quota of the disk, `ulimit -f`), or choose another disk; this file is as it was before"
         }
         ErrorKind::ReadOnlyFilesystem => "the disk is read-only: choose a folder on another",
         ErrorKind::PermissionDenied => "check who may read and write there",
@@ -233,6 +252,11 @@ pub(crate) fn hint(kind: ErrorKind) -> Option<&'static str> {
         ErrorKind::FileTooLarge => "check that it is the right file",
         _ => return None,
     })
+}
+
+/// An error of the system without the name of a temporary file or folder.
+pub(crate) fn without_place(error: io::Error) -> io::Error {
+    WriteError(error).into()
 }
 
 impl From<WriteError> for io::Error {
@@ -343,7 +367,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     fn a_full_disk_is_said_to_be_full() {
         let error = write_whole(Path::new("/dev/full"), b"bytes").unwrap_err();
-        assert_eq!(error.hint("else"), "make room on the disk; nothing was changed");
+        assert_eq!(error.hint("else"), "make room on the disk; this file is as it was before");
         let told = crate::CampaignError::io(Path::new("robot.toml"), "write it", error.into());
         assert!(told.hint.contains("make room on the disk"), "{told}");
     }

@@ -25,6 +25,7 @@
 //! | module | what it is |
 //! | --- | --- |
 //! | [`read`], [`mod@write`] | whole folders |
+//! | [`announced_runs`] | many runs that are written at once |
 //! | [`robot_toml`], [`row`], [`table`] | one file, one row, any CSV file |
 //! | [`range`] | which numbers can be meant |
 //! | [`recorded`] | a campaign as its files have it |
@@ -44,6 +45,7 @@
 //! | [`mod@file`], [`disk`] | files that appear whole or not at all; what keeps their bytes |
 //! | [`new_folders`] | folders made for files to come, and folders that appear whole |
 
+pub mod announced_runs;
 pub mod bounded_read;
 pub mod bounded_text;
 mod checks;

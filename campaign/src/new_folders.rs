@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::file::{PREFIX, SUFFIX, folder_of, remove_leftovers, sync_folder};
+use crate::file::{PREFIX, SUFFIX, folder_of, remove_leftovers, sync_folder, without_place};
 
 /// Folders that were made, removed with this value where they are still empty.
 #[derive(Debug, Default)]
@@ -57,7 +57,7 @@ impl NewFolder {
         builder.prefix(PREFIX).suffix(SUFFIX);
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o755));
-        let beside = builder.tempdir_in(around)?;
+        let beside = builder.tempdir_in(around).map_err(without_place)?;
         // Elsewhere a folder cannot be opened, and a file system may have no locks.
         let lock = File::open(beside.path()).ok().filter(|folder| folder.try_lock().is_ok());
         Ok(Self { folder: folder.into(), beside, _lock: lock, _around: made })

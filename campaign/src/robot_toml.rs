@@ -67,6 +67,14 @@ pub struct RunFacts {
     pub pending: bool,
 }
 
+impl RunFacts {
+    /// Whether it says anything but the name.
+    pub fn has_any(&self) -> bool {
+        let Self { name: _, started_s, payload_kg, held_out, pending } = self;
+        started_s.is_some() || payload_kg.is_some() || *held_out || *pending
+    }
+}
+
 /// No wheel is off by more, as a share, and no calibration changes a robot by more.
 const GEOMETRY_FAR: f64 = 0.1;
 /// A file may have fewer digits than the robot.

@@ -15,18 +15,19 @@ use crate::error::{CampaignError, Place};
 use crate::file::write_own_on;
 use crate::robot_toml::{RobotFile, RunFacts, start_of_run};
 
-/// Adds the facts of a run whose file does not exist yet. The text before them stays as people wrote it.
+/// Adds the facts of runs whose files do not exist yet. The text before them stays as people wrote it.
 pub(crate) fn announce(
     disk: &dyn Disk,
     toml: &Path,
-    facts: &RunFacts,
+    facts: &[RunFacts],
 ) -> Result<(), CampaignError> {
-    let text = with_facts(toml, &RunFacts { pending: true, ..facts.clone() })?;
-    write(disk, toml, &text)
+    let pending: Vec<RunFacts> =
+        facts.iter().map(|facts| RunFacts { pending: true, ..facts.clone() }).collect();
+    add(disk, toml, &pending)
 }
 
-/// Adds the facts of a run whose file exists.
-pub(crate) fn add(disk: &dyn Disk, toml: &Path, facts: &RunFacts) -> Result<(), CampaignError> {
+/// Adds the facts of runs whose files exist.
+pub(crate) fn add(disk: &dyn Disk, toml: &Path, facts: &[RunFacts]) -> Result<(), CampaignError> {
     write(disk, toml, &with_facts(toml, facts)?)
 }
 
@@ -81,16 +82,18 @@ fn section(text: &str, index: usize) -> std::ops::Range<usize> {
 }
 
 /// The text of a `robot.toml` with these facts at its end; refused if it could not be read again.
-pub(crate) fn with_facts(toml: &Path, facts: &RunFacts) -> Result<String, CampaignError> {
+pub(crate) fn with_facts(toml: &Path, facts: &[RunFacts]) -> Result<String, CampaignError> {
     let mut text = read(toml)?;
-    let entry = toml::to_string(facts).map_err(|error| {
-        CampaignError::new(Place::whole(toml), error.to_string(), "check the facts of the run")
-    })?;
     if !text.ends_with('\n') {
         text.push('\n');
     }
-    text.push_str("\n[[run]]\n");
-    text.push_str(&entry);
+    for facts in facts {
+        let entry = toml::to_string(facts).map_err(|error| {
+            CampaignError::new(Place::whole(toml), error.to_string(), "check the facts of the run")
+        })?;
+        text.push_str("\n[[run]]\n");
+        text.push_str(&entry);
+    }
     RobotFile::parse(toml, &text).map_err(|error| {
         let problem = format!("the facts of a run cannot be added at its end: {}", error.problem);
         CampaignError::new(error.place, problem, "write what it says of runs as [[run]] sections")

@@ -21,9 +21,9 @@ const NAME_MAX: usize = 100;
 /// A campaign folder to add runs to. While it exists, no other process can.
 #[derive(Debug)]
 pub struct CampaignWriter {
-    folder: PathBuf,
+    pub(crate) folder: PathBuf,
     robot: RobotFile,
-    disk: Arc<dyn Disk>,
+    pub(crate) disk: Arc<dyn Disk>,
     lock: Arc<FolderLock>,
 }
 
@@ -116,7 +116,7 @@ impl CampaignWriter {
         if RobotFile::read(&toml)?.runs.iter().any(|entry| entry.name == run) {
             return Ok(false);
         }
-        run_facts::add(&*self.disk, &toml, &RunFacts { name: run.into(), ..facts.clone() })?;
+        run_facts::add(&*self.disk, &toml, &[RunFacts { name: run.into(), ..facts.clone() }])?;
         Ok(true)
     }
 
@@ -129,33 +129,32 @@ impl CampaignWriter {
     ///
     /// `columns` need not name the required ones; the order is that of [`Column::ALL`].
     pub fn start_run(&self, name: &str, columns: &[Column]) -> Result<RunWriter, CampaignError> {
+        let made = self.check_new_run(name)?;
+        Ok(self.run_writer(name, columns, made))
+    }
+
+    /// Checks, before anything drives, that a run of this name can be kept; its folder, made if it was missing.
+    pub(crate) fn check_new_run(&self, name: &str) -> Result<NewFolders, CampaignError> {
         let runs = self.folder.join("runs");
-        let sound = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
-        if name.is_empty() || !name.chars().all(sound) {
-            let problem = format!("`{name}` cannot be the name of a run");
-            let hint = "use letters, digits, - and _, for example straight_back";
-            return Err(CampaignError::new(Place::whole(&runs), problem, hint));
-        }
-        if name.len() > NAME_MAX {
-            let problem = format!("the name of the run has {} characters", name.len());
-            let hint = format!("use at most {NAME_MAX}");
-            return Err(CampaignError::new(Place::whole(&runs), problem, hint));
-        }
+        check_name(&runs, name)?;
         let made = NewFolders::make(&runs)
             .map_err(|error| CampaignError::io(&runs, "make this folder", error))?;
         refuse_link(&runs)?;
+        check_writable(&runs.join(name))
+            .map_err(|error| CampaignError::io(&runs, "write into this folder", error.into()))?;
+        let toml = self.folder.join("robot.toml");
+        check_own(&toml).map_err(|error| unwritten(&toml, error))?;
+        Ok(made)
+    }
+
+    fn run_writer(&self, name: &str, columns: &[Column], made: NewFolders) -> RunWriter {
         let columns: Vec<_> = Column::ALL
             .into_iter()
             .filter(|column| columns.contains(column) || Column::REQUIRED.contains(column))
             .collect();
-        check_writable(&runs.join(name))
-            .map_err(|error| CampaignError::io(&runs, "write into this folder", error.into()))?;
-        // Its facts go there: better to know before anything drives.
-        let toml = self.folder.join("robot.toml");
-        check_own(&toml).map_err(|error| unwritten(&toml, error))?;
         let header: Vec<_> = columns.iter().map(|column| column.name()).collect();
         let text = header.join(",") + "\n";
-        Ok(RunWriter {
+        RunWriter {
             folder: self.folder.clone(),
             disk: self.disk.clone(),
             _lock: self.lock.clone(),
@@ -165,7 +164,12 @@ impl CampaignWriter {
             text,
             rows: 0,
             last_s: f64::NEG_INFINITY,
-        })
+        }
+    }
+
+    /// A run in memory, to be compared with files, or written as one of [`AnnouncedRuns`](crate::announced_runs::AnnouncedRuns).
+    pub fn draft_run(&self, name: &str, columns: &[Column]) -> RunWriter {
+        self.run_writer(name, columns, NewFolders::default())
     }
 }
 
@@ -179,7 +183,7 @@ pub struct RunWriter {
     _made: NewFolders,
     name: String,
     columns: Vec<Column>,
-    text: String,
+    pub(crate) text: String,
     rows: u64,
     last_s: f64,
 }
@@ -226,22 +230,18 @@ impl RunWriter {
     ///
     /// Without this call nothing of the run is kept.
     pub fn finish(self, facts: RunFacts) -> Result<PathBuf, CampaignError> {
+        self.check_rows()?;
         let runs = self.folder.join("runs");
-        if self.rows < 2 {
-            let problem = format!("a run needs at least two samples, this one has {}", self.rows);
-            let hint = "record for longer; nothing was written";
-            return Err(CampaignError::new(Place::whole(&runs), problem, hint));
-        }
         refuse_link(&runs)?;
         let (disk, folder) = (&*self.disk, &self.folder);
         let mut number = next_number(&self.folder)?;
         loop {
             let name = format!("{number:02}_{}", self.name);
             let path = runs.join(format!("{name}.csv"));
-            let facts = RunFacts { name: name.clone(), ..facts.clone() };
-            let has_facts = facts != RunFacts { name, ..RunFacts::default() };
+            let facts = RunFacts { name, ..facts.clone() };
+            let has_facts = facts.has_any();
             if has_facts {
-                run_facts::announce(disk, &folder.join("robot.toml"), &facts)?;
+                run_facts::announce(disk, &folder.join("robot.toml"), &[facts])?;
             }
             let written = write_new_on(disk, &path, self.text.as_bytes());
             // The run stands or falls with its file. An entry that stays pending is settled by the next writer.
@@ -255,18 +255,47 @@ impl RunWriter {
         }
     }
 
+    pub(crate) fn check_rows(&self) -> Result<(), CampaignError> {
+        if self.rows >= 2 {
+            return Ok(());
+        }
+        let problem = format!("a run needs at least two samples, this one has {}", self.rows);
+        let hint = "record for longer; nothing was written";
+        Err(CampaignError::new(Place::whole(&self.folder.join("runs")), problem, hint))
+    }
+
     fn path(&self) -> PathBuf {
         self.folder.join("runs").join(format!("{}.csv", self.name))
     }
 }
 
-/// The number of the next run in a folder: one above the highest with which a run begins.
+/// What may be the name of a run, in this folder.
+pub(crate) fn check_name(runs: &Path, name: &str) -> Result<(), CampaignError> {
+    let sound = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
+    if name.is_empty() || !name.chars().all(sound) {
+        let problem = format!("`{name}` cannot be the name of a run");
+        let hint = "use letters, digits, - and _, for example straight_back";
+        return Err(CampaignError::new(Place::whole(runs), problem, hint));
+    }
+    if name.len() > NAME_MAX {
+        let problem = format!("the name of the run has {} characters", name.len());
+        let hint = format!("use at most {NAME_MAX}");
+        return Err(CampaignError::new(Place::whole(runs), problem, hint));
+    }
+    Ok(())
+}
+
+/// The number of the next run in a folder: one above the highest with which a run begins, or the facts of one that was removed.
 pub fn next_number(folder: &Path) -> Result<u64, CampaignError> {
     let leading = |name: &str| {
         let digits: String = name.chars().take_while(char::is_ascii_digit).collect();
         digits.parse::<u32>().map_or(0, u64::from)
     };
-    Ok(run_files(folder)?.files.iter().map(|(name, _)| leading(name)).max().unwrap_or(0) + 1)
+    let files = run_files(folder)?.files;
+    let toml = folder.join("robot.toml");
+    let facts = if toml.exists() { RobotFile::read(&toml)?.runs } else { Vec::new() };
+    let names = files.iter().map(|(name, _)| name).chain(facts.iter().map(|facts| &facts.name));
+    Ok(names.map(|name| leading(name)).max().unwrap_or(0) + 1)
 }
 
 /// A TOML file with these lines added before its first section; the rest stays as people wrote it.
@@ -294,7 +323,7 @@ fn existing(disk: &dyn Disk, folder: &Path, robot: &RobotFile) -> Result<RobotFi
     }
     // Whether facts can be added must be known before a run is driven.
     let facts = RunFacts { started_s: Some(0.0), ..RunFacts::default() };
-    run_facts::with_facts(&toml, &facts)?;
+    run_facts::with_facts(&toml, &[facts])?;
     run_facts::resolve_pending(disk, folder)?;
     Ok(RobotFile { runs: RobotFile::read(&toml)?.runs, ..there })
 }
@@ -314,7 +343,7 @@ fn refuse_to_lose_facts(folder: &Path, toml: &Path) -> Result<(), CampaignError>
 }
 
 /// Who made the folder may have linked its runs to a folder that is no part of it.
-fn refuse_link(runs: &Path) -> Result<(), CampaignError> {
+pub(crate) fn refuse_link(runs: &Path) -> Result<(), CampaignError> {
     if !runs.is_symlink() {
         return Ok(());
     }
@@ -323,6 +352,6 @@ fn refuse_link(runs: &Path) -> Result<(), CampaignError> {
     Err(CampaignError::new(Place::whole(runs), problem, hint))
 }
 
-fn unwritten(path: &Path, error: WriteError) -> CampaignError {
+pub(crate) fn unwritten(path: &Path, error: WriteError) -> CampaignError {
     CampaignError::io(path, "write it", error.into())
 }

@@ -95,6 +95,12 @@ pub fn shell_path(path: &std::path::Path) -> String {
     if path.starts_with('-') { shell(&format!("./{path}")) } else { shell(&path) }
 }
 
+/// An option and its value as words of a command line; the value is no option, whatever it begins with.
+pub fn shell_option(name: &str, value: &str) -> String {
+    let between = if value.starts_with('-') { '=' } else { ' ' };
+    format!("{name}{between}{}", shell(value))
+}
+
 /// Whether a terminal would obey this character instead of showing it, or show what follows in another order.
 fn is_unseen(c: char) -> bool {
     c.is_control()

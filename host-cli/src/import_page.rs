@@ -27,11 +27,12 @@ const PATH: f64 = 420.0;
 pub fn page(understood: &Understood, names: &[String]) -> String {
     let name = escape(&understood.robot.name);
     let mut html = format!(
-        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">{}\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
          <title>{name}: import</title>\n<style>{COLOURS}\n{STYLE}\n{PAGE_STYLE}\
          .d .run{{fill:var(--after);opacity:.12}}.d .thin{{fill:none;stroke-width:1.3}}</style></head>\n<body>\n\
          <p class=\"sub\">{name}</p>\n<h1>{} understood</h1>\n<p>{}.</p>\n",
+        of_runs(names),
         escape(&crate::ui::runs(names.len())),
         escape(&clock(understood))
     );
@@ -60,6 +61,11 @@ pub fn page(understood: &Understood, names: &[String]) -> String {
     table(&mut html, understood, names);
     html.push_str("</body></html>\n");
     html
+}
+
+/// By which it is known of which runs a page is.
+pub fn of_runs(names: &[String]) -> String {
+    format!("<meta name=\"beeline-runs\" content=\"{}\">", escape(&names.join(" ")))
 }
 
 /// How the clocks go together, in words.

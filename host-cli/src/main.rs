@@ -1,6 +1,8 @@
 //! `beeline`: see `beeline --help`.
 
 use std::process::ExitCode;
+#[cfg(unix)]
+use std::sync::Arc;
 
 use campaign::bounded_text::MESSAGE_MAX;
 use clap::Parser;
@@ -9,6 +11,9 @@ use host_cli::error::Error;
 use host_cli::{command, ui};
 
 fn main() -> ExitCode {
+    // A file that grows beyond `ulimit -f` is an error where it is written: by default the signal ends the process there.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         // With --json these errors are JSON too; help stays text.

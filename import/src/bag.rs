@@ -320,7 +320,9 @@ fn integrate(samples: &mut [(f64, [f64; 2])]) {
 
 pub(crate) fn of_stamps(file: &Path, topic: &str, unstamped: usize) -> Option<Note> {
     let text = format!(
-        "{topic}: {unstamped} messages have no stamp in their header; the recorder's time was taken, which is less exact"
+        "{topic}: {unstamped} message{} no stamp in {} header; the recorder's time was taken, which is less exact",
+        if unstamped == 1 { " has" } else { "s have" },
+        if unstamped == 1 { "its" } else { "their" }
     );
     (unstamped > 0).then(|| Note::new(file, text))
 }

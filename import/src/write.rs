@@ -1,14 +1,15 @@
 //! Writes what was understood as a campaign folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use campaign::announced_runs::AnnouncedRuns;
 use campaign::new_folders::NewFolder;
 use campaign::{CampaignError, CampaignWriter, Column, RobotFile, Row, RunFacts};
 
 use robot_model::recording::Recording;
 
 use crate::log::error;
-use crate::understand::Understood;
+use crate::understand::{RunUnderstood, Understood};
 
 /// What [`write()`] wrote.
 #[derive(Clone, Debug)]
@@ -39,6 +40,11 @@ pub fn write_with(
     is_adding: bool,
     complete: impl Fn(&Path, &Written) -> Result<(), CampaignError>,
 ) -> Result<Written, CampaignError> {
+    // Of `robot/.` the last name is that of the folder.
+    let folder: &Path = &folder.components().collect::<PathBuf>();
+    if folder.exists() && !folder.is_dir() {
+        return Err(error(folder, "this is a file, and no folder", "choose another name with -o"));
+    }
     let cannot = |cause| CampaignError::io(folder, "make this folder", cause);
     if !folder.exists() {
         let new = NewFolder::make(folder).map_err(cannot)?;
@@ -65,34 +71,45 @@ fn into(
 ) -> Result<Written, CampaignError> {
     let writer = CampaignWriter::open(folder, &understood.robot)?;
     let rad_per_count = understood.robot.to_model().rad_per_count;
-    let mut others = writer.runs()?;
-    let mut runs = Vec::new();
-    for run in &understood.runs {
+    let draft = |run: &RunUnderstood| {
         let mut columns = vec![Column::X, Column::Y, Column::Heading];
         columns.extend((!run.recording.gyro.is_empty()).then_some(Column::GyroZ));
         columns.extend((!run.supply_v.is_empty()).then_some(Column::BusV));
-        let mut file = writer.start_run(&run.name, &columns)?;
+        let mut draft = writer.draft_run(&run.name, &columns);
         for row in rows(&run.recording, &run.supply_v, rad_per_count) {
-            file.push(&row)?;
+            draft.push(&row)?;
         }
-        let there = others.iter().position(|there| file.is_written_in(there));
-        runs.push((run, file, there.map(|index| others.remove(index))));
+        Ok(draft)
+    };
+    // Of a log that fills the memory no second copy is made: what is compared is made again to be written.
+    let mut others = writer.runs()?;
+    let mut there = vec![None; understood.runs.len()];
+    if !others.is_empty() {
+        for (run, there) in understood.runs.iter().zip(&mut there) {
+            let draft = draft(run)?;
+            let index = others.iter().position(|other| draft.is_written_in(other));
+            *there = index.map(|index| others.remove(index));
+        }
     }
     if !is_adding && !others.is_empty() {
         let hint = "choose another folder with -o, or add these runs to its own with --add";
         return Err(error(folder, "this campaign has runs already", hint));
     }
-    let mut written = Written { names: Vec::new(), were_there: 0 };
-    for (run, file, there) in runs {
-        let path = if let Some(path) = there {
-            written.were_there += 1;
-            path
-        } else {
-            file.finish(RunFacts { started_s: Some(run.started_s), ..RunFacts::default() })?
-        };
-        let name = path.file_stem().unwrap_or_default();
-        written.names.push(name.to_string_lossy().into_owned());
+    let were_there = there.iter().flatten().count();
+    let missing = || understood.runs.iter().zip(&there).filter(|(_, there)| there.is_none());
+    let facts = missing().map(|(run, _)| RunFacts {
+        name: run.name.clone(),
+        started_s: Some(run.started_s),
+        ..RunFacts::default()
+    });
+    let mut announced = AnnouncedRuns::new(&writer, facts.collect())?;
+    for (run, _) in missing() {
+        announced.write(&draft(run)?)?;
     }
+    let mut new = announced.finish()?.into_iter();
+    let name = |path: PathBuf| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let names = there.into_iter().filter_map(|there| there.or_else(|| new.next())).map(name);
+    let written = Written { names: names.collect(), were_there };
     complete(folder, &written)?;
     Ok(written)
 }

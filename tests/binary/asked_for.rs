@@ -40,6 +40,33 @@ fn a_dash_is_standard_output_or_refused_and_never_a_file() {
 }
 
 #[test]
+fn no_result_overwrites_a_file_of_another_kind_or_one_that_was_edited() {
+    let temp = TempFolder::new();
+    runs_of(&temp, "mystery-robot", &[""], "robot");
+    let robot = temp.read("robot/robot.toml");
+    for (command, says) in [
+        ("fleet robot -o robot/robot.toml", "must end in .html"),
+        ("fleet robot --table robot/robot.toml", "must end in .csv"),
+        ("report robot -o robot/robot.toml", "a report is .html, or .svg"),
+        ("campaign plan -o robot/robot.toml", "robot.toml exists"),
+        ("export robot --to ros2 -o robot/robot.toml", "robot.toml exists"),
+    ] {
+        let message = temp.run(command).refused();
+        assert!(message.contains(says), "{command}: {message}");
+        assert!(temp.read("robot/robot.toml") == robot, "{command}");
+    }
+    temp.run("campaign plan -o plan.toml").ok();
+    let plan = temp.read("plan.toml");
+    temp.run("campaign plan -o plan.toml").ok();
+    temp.write("plan.toml", "# edited\n");
+    let message = temp.run("campaign plan -o plan.toml").refused();
+    assert!(message.contains("plan.toml exists") && message.contains("--force"), "{message}");
+    assert_eq!(temp.read("plan.toml"), b"# edited\n");
+    temp.run("campaign plan -o plan.toml --force").ok();
+    assert_eq!(temp.read("plan.toml"), plan);
+}
+
+#[test]
 fn json_is_json_or_refused() {
     let temp = TempFolder::new();
     runs_of(&temp, "mystery-robot", &[""], "robot");

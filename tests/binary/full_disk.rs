@@ -9,7 +9,7 @@ use crate::temp_folder::{TempFolder, words};
 /// The command where no file grows beyond so many blocks of half a kilobyte: what is beyond is an error.
 fn limited(temp: &TempFolder, blocks: u32, line: &str) -> Outcome {
     let limited = temp.command(&words(line));
-    let script = format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$0\" \"$@\"");
+    let script = format!("ulimit -f {blocks}; exec \"$0\" \"$@\"");
     let mut shell = Command::new("sh");
     shell.args(["-c", &script]).arg(limited.get_program()).args(limited.get_args());
     for (name, value) in limited.get_envs() {
@@ -66,6 +66,29 @@ fn a_command_that_finds_no_room_says_so_and_leaves_nothing_new() {
     let outcome = limited(&temp, 0, "sim --listen tcp:127.0.0.1:0 --camera track.csv");
     assert_eq!(outcome.code, Some(2), "{outcome:#?}");
     assert_eq!(everything(&temp), before);
+}
+
+/// What was done before the disk was full is said, and no more.
+#[test]
+fn a_command_that_has_done_a_part_says_which() {
+    let temp = TempFolder::new();
+    temp.run("config save --flash flash").ok();
+    let before = temp.read("flash");
+    // Room for the robot's flash, not for the experiments.
+    let outcome = limited(&temp, 16, "tune --record experiments --flash flash");
+    assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+    assert!(outcome.stdout.contains("tuned:"), "{outcome:#?}");
+    assert!(outcome.stderr.contains("this file is as it was before"), "{outcome:#?}");
+    assert_ne!(temp.read("flash"), before);
+    // Room for the run, not for its bag.
+    let line = "record robot straight 0.3m --mcap drive.mcap";
+    temp.run(&line.replace("drive", "other")).ok();
+    let blocks = std::fs::metadata(temp.path("other.mcap")).unwrap().len() / 512 - 1;
+    let outcome = limited(&temp, u32::try_from(blocks).unwrap(), line);
+    assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+    let said = outcome.stderr;
+    assert!(said.contains("02_straight.csv: recorded"), "{said}");
+    assert!(said.contains("makes a bag of a campaign at any time"), "{said}");
 }
 
 #[test]

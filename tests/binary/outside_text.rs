@@ -3,6 +3,10 @@
 use std::path::Path;
 use std::process::Command;
 
+use ::import::log::Pose3;
+use ::import::mcap::BagWriter;
+use ::import::message::{encode_joints, encode_pose};
+
 use crate::outcome::{Outcome, collect};
 use crate::temp_folder::{TempFolder, words};
 
@@ -206,6 +210,27 @@ fn a_suggested_command_can_be_pasted_whatever_the_names_in_it() {
     assert!(read.starts_with(&format!("[campaign]\n[record]\n[{folder}]\n[--run]\n")), "{read}");
     assert!(read.contains("[--port]\n[sim:"), "{read}");
     assert!(!temp.path("owned").exists(), "{suggested}");
+}
+
+/// A value that begins like an option is given in one word with its own.
+#[test]
+fn a_name_that_begins_like_an_option_is_none() {
+    let temp = TempFolder::new();
+    let mut bag = BagWriter::new(Vec::new()).unwrap();
+    let joints = bag.channel("/joints", "sensor_msgs/msg/JointState", "");
+    let poses = bag.channel("--flash=owned", "geometry_msgs/msg/PoseStamped", "");
+    for second in 0..3 {
+        let t_s = f64::from(second);
+        let turned = [("-left_wheel", t_s), ("-right_wheel", t_s)];
+        bag.message(joints, t_s, &encode_joints(t_s, &turned)).unwrap();
+        let pose = Pose3 { t_s, position_m: [0.036 * t_s, 0.0, 0.0], orientation: None };
+        bag.message(poses, t_s, &encode_pose("map", &pose)).unwrap();
+    }
+    std::fs::write(temp.path("drive.mcap"), bag.finish().unwrap()).unwrap();
+    let listed = temp.run("import drive.mcap").ok().stdout;
+    let proposed = listed.lines().last().unwrap();
+    assert!(proposed.contains(" --wheels=-left_wheel,-right_wheel "), "{listed}");
+    assert!(proposed.contains(" --pose=--flash=owned "), "{listed}");
 }
 
 fn copy(from: &Path, to: &Path) {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use robot_model::effect::custom::Per;
 
-use super::value_parsers::{above_zero, new_file};
+use super::value_parsers::{above_zero, new_file, new_file_named};
 use crate::fit_cache::FitCache;
 use crate::quantity::Length;
 
@@ -195,10 +195,10 @@ pub struct FleetArgs {
     #[arg(required = true, value_name = "DIR")]
     pub folders: Vec<PathBuf>,
     /// Where to write the page, one self-contained file.
-    #[arg(long, short, value_name = "FILE.html", value_parser = new_file())]
+    #[arg(long, short, value_name = "FILE.html", value_parser = new_file_named("html"))]
     pub output: Option<PathBuf>,
     /// Where to write a table with one value in each row.
-    #[arg(long, value_name = "FILE.csv", value_parser = new_file())]
+    #[arg(long, value_name = "FILE.csv", value_parser = new_file_named("csv"))]
     pub table: Option<PathBuf>,
 }
 

@@ -55,6 +55,9 @@ pub struct PlanCommandArgs {
     /// Write the plan as TOML; `-` for standard output.
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
+    /// Replace a file that exists.
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// What a campaign is planned for.

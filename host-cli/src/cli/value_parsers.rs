@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use campaign::file::is_special;
 use clap::builder::{OsStringValueParser, PathBufValueParser, TypedValueParser};
 
 use crate::quantity::{Acceleration, Angle, Distance, Length, QuantityError, Speed, Time};
@@ -71,6 +72,18 @@ pub(super) fn new_file() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|file| match file.as_os_str() == "-" {
         true => Err("it is written to a file, not to standard output; ./- names a file called so"),
         false => Ok(file),
+    })
+}
+
+/// The same, of a file whose name has this ending: a slip of the hand overwrites no file of another kind.
+pub(super) fn new_file_named(ending: &'static str) -> impl TypedValueParser<Value = PathBuf> {
+    new_file().try_map(move |file: PathBuf| {
+        let own = file.extension().and_then(|own| own.to_str());
+        if is_special(&file) || own.is_some_and(|own| own.eq_ignore_ascii_case(ending)) {
+            Ok(file)
+        } else {
+            Err(format!("its name must end in .{ending}"))
+        }
     })
 }
 

@@ -46,7 +46,13 @@ fn plan(common: &Common, args: &PlanCommandArgs) -> Result<()> {
                 Error::new(format_args!("cannot write {}: {error}", file.display()))
                     .hint(error.hint("check the path"))
             })?;
-            write_whole(file, plan.to_toml().as_bytes()).map_err(|error| {
+            let text = plan.to_toml();
+            let is_other = |there: Vec<u8>| there != text.as_bytes();
+            if !args.force && file.is_file() && std::fs::read(file).is_ok_and(is_other) {
+                return Err(Error::new(format_args!("{} exists", file.display()))
+                    .hint("choose another name, or --force to replace it"));
+            }
+            write_whole(file, text.as_bytes()).map_err(|error| {
                 Error::new(format_args!("cannot write {}: {error}", file.display()))
                     .hint(error.hint("check the path"))
             })?;

@@ -13,15 +13,18 @@ use serde_json::{Value, json};
 
 use crate::cli::{Common, ImportArgs};
 use crate::error::{Error, Result};
-use crate::escape::{shell, shell_path};
+use crate::escape::{shell_option, shell_path};
 use crate::import_page;
 use crate::table::{Cell, Table};
 use crate::ui::{BOLD, note, runs, say, warn};
-use campaign::CampaignError;
+use campaign::bounded_read::read_text;
 use campaign::file::write_own;
+use campaign::{CampaignError, RobotFile};
 
 /// The page that shows what was understood, in the campaign folder.
 const PAGE: &str = "import.html";
+/// A page that is larger is none of ours.
+const PAGE_BYTES_MAX: u64 = 1 << 26;
 
 pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     let mappings: Vec<_> = args.mappings.iter().flat_map(|one| one.0.clone()).collect();
@@ -39,22 +42,9 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     };
     let there = robot_of(folder)?;
     let there = there.as_ref();
-    let hints = Hints {
-        name: args.name.clone().or(there.map(|robot| robot.name.clone())),
-        wheel_radius_m: args
-            .wheel_radius
-            .map(|length| length.m)
-            .or(controller.map(|controller| controller.geometry.wheel_radius_m))
-            .or(there.map(|robot| robot.wheel_radius_m)),
-        track_width_m: args
-            .track_width
-            .map(|length| length.m)
-            .or(controller.map(|controller| controller.geometry.wheel_separation_m))
-            .or(there.map(|robot| robot.track_width_m)),
-        counts_per_rev: args.counts_per_rev.or(there.map(|robot| robot.counts_per_rev)),
-        gear_reduction: args.gear_reduction.or(there.map(|robot| robot.gear_reduction)),
-        cut: ::import::cut::CutOptions { rest_s: args.rest.s },
-    };
+    let given = [args.wheel_radius.is_some(), args.track_width.is_some()];
+    let of_folder = there.is_some() && controller.is_none() && given != [true; 2];
+    let hints = hints(args, controller.as_ref(), there);
     // What is missing of a bag may be why something is not found.
     let warned = |_: &CampaignError| sources.notes().iter().for_each(warn);
     let chosen = sources.choose(&choice).inspect_err(warned)?;
@@ -67,13 +57,20 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
         })?;
     understood.notes.iter().for_each(warn);
     if common.json {
-        say(to_json(&understood, &names));
+        let mut told = to_json(&understood, &names);
+        told["runs_there_already"] = were_there.into();
+        if of_folder {
+            // What its first import estimated, or somebody wrote.
+            told["robot"]["estimated"] = Value::Null;
+        }
+        say(told);
         return Ok(());
     }
     say(format_args!("wheels  {wheels}"));
     say(format_args!("poses   {poses}"));
     say(format_args!("clock   {}", import_page::clock(&understood)));
-    say(format_args!("robot   {}", robot(&understood)));
+    let as_there = if of_folder { ", as its robot.toml says" } else { "" };
+    say(format_args!("robot   {}{as_there}", robot(&understood)));
     say("");
     table(&understood, &names);
     say("");
@@ -89,14 +86,39 @@ pub(super) fn run(common: &Common, args: &ImportArgs) -> Result<()> {
     Ok(())
 }
 
-/// Writes the page into a campaign. If no run is new, that of an earlier import stays: it says what that one understood.
+/// What the user says, or the controller's file, or the robot of a folder that is there.
+fn hints(
+    args: &ImportArgs,
+    controller: Option<&ControllerFile>,
+    there: Option<&RobotFile>,
+) -> Hints {
+    Hints {
+        name: args.name.clone().or(there.map(|robot| robot.name.clone())),
+        wheel_radius_m: args
+            .wheel_radius
+            .map(|length| length.m)
+            .or(controller.map(|controller| controller.geometry.wheel_radius_m))
+            .or(there.map(|robot| robot.wheel_radius_m)),
+        track_width_m: args
+            .track_width
+            .map(|length| length.m)
+            .or(controller.map(|controller| controller.geometry.wheel_separation_m))
+            .or(there.map(|robot| robot.track_width_m)),
+        counts_per_rev: args.counts_per_rev.or(there.map(|robot| robot.counts_per_rev)),
+        gear_reduction: args.gear_reduction.or(there.map(|robot| robot.gear_reduction)),
+        cut: ::import::cut::CutOptions { rest_s: args.rest.s },
+    }
+}
+
+/// Writes the page into a campaign. One of these very runs stays: it says what was understood when they came.
 fn write_page(
     folder: &Path,
     understood: &Understood,
     written: &Written,
 ) -> std::result::Result<(), CampaignError> {
     let page = folder.join(PAGE);
-    if page.exists() && written.were_there == written.names.len() {
+    let of_runs = import_page::of_runs(&written.names);
+    if read_text(&page, PAGE_BYTES_MAX).is_ok_and(|there| there.contains(&of_runs)) {
         return Ok(());
     }
     let html = import_page::page(understood, &written.names);
@@ -265,11 +287,11 @@ fn proposed(args: &ImportArgs, offers: &[Offer], unit: ::import::log::WheelUnit)
     let wheels = args
         .wheels
         .as_ref()
-        .map(|[left, right]| format!("--wheels {}", shell(&format!("{left},{right}"))));
-    let odometry = args.odometry.as_ref().map(|topic| format!("--odometry {}", shell(topic)));
+        .map(|[left, right]| shell_option("--wheels", &format!("{left},{right}")));
+    let odometry = args.odometry.as_ref().map(|topic| shell_option("--odometry", topic));
     let controller =
         args.controller.as_ref().map(|file| format!("--controller {}", shell_path(file)));
-    let pose = args.pose.as_ref().map(|pose| format!("--pose {}", shell(pose)));
+    let pose = args.pose.as_ref().map(|pose| shell_option("--pose", pose));
     let only = |option: &str| {
         let fits = |offer: &&Offer| {
             offer.option.as_ref().is_some_and(|own| own.starts_with(option))
@@ -277,7 +299,7 @@ fn proposed(args: &ImportArgs, offers: &[Offer], unit: ::import::log::WheelUnit)
         };
         let found = offers.iter().find(fits)?.option.as_ref()?;
         let (name, value) = found.split_once(' ')?;
-        Some(format!("{name} {}", shell(value)))
+        Some(shell_option(name, value))
     };
     words.extend(odometry.or(wheels).or_else(|| only("--wheels ")));
     words.extend(pose.or_else(|| only("--pose ")));

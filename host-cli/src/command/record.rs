@@ -108,7 +108,9 @@ fn finish(
     if let Some(bag) = &args.mcap {
         // A simulated run has no date, so that the same seed gives the same bytes.
         let is_simulated = matches!(common.port, Port::Sim(_));
-        write_bag(bag, path, rows, config, !is_simulated)?;
+        write_bag(bag, path, rows, config, !is_simulated).inspect_err(|_| {
+            note(format_args!("{}: recorded, {} samples", path.display(), rows.len()));
+        })?;
         note(format_args!("{} written", bag.display()));
     }
     say_recorded(common.json, path, rows.len());
@@ -149,7 +151,7 @@ fn write_bag(bag: &Path, run: &Path, rows: &[Row], config: &Config, dated: bool)
     Trajectory::add_telemetry(&mut trajectories, &[run]);
     let bytes = ::import::export::bag(&trajectories).map_err(|error| bag_unwritten(bag, &error))?;
     let written = write_new(bag, &bytes);
-    match written.map_err(|error| bag_unwritten(bag, &error).hint(error.hint(BAG_HINT)))? {
+    match written.map_err(|error| bag_unwritten(bag, &error))? {
         true => Ok(()),
         false => Err(bag_unwritten(bag, &"somebody else has written it meanwhile")),
     }

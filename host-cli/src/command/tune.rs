@@ -15,7 +15,7 @@ use crate::tune::{
     DriveOutcome, FLOOR_M_MAX, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned,
     recorded, tune,
 };
-use crate::ui::{BOLD, DIM, GOOD, WARN, note, paint, say};
+use crate::ui::{BOLD, DIM, GOOD, WARN, note, paint, say, warn};
 use crate::undo::state_folder;
 
 use super::undo::last_change;
@@ -45,7 +45,7 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
         record: args.record.is_some(),
         undo_folder: if forgets { None } else { Some(state_folder()?) },
     };
-    let tuned = with_robot(&common.port, &common.sim(), async |session, _| {
+    let (tuned, written) = with_robot(&common.port, &common.sim(), async |session, _| {
         // A simulated robot is new, and measures its supply at its first control tick.
         session.listen(std::time::Duration::from_millis(5)).await?;
         let writer = match &args.record {
@@ -60,18 +60,27 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
             }
         })
         .await;
-        // The experiments are worth having, whatever came of the gains.
-        let experiments = written?;
-        if let (Some(folder), false) = (&args.record, common.json) {
+        if let (Some(folder), false, Ok(experiments)) = (&args.record, common.json, &written) {
             note(format_args!("{}: {experiments} experiments", folder.display()));
         }
-        tuned
+        Ok((tuned, written))
     })?;
+    // The experiments are worth having, and the gains as well, whatever came of the others.
+    let tuned = match (tuned, &written) {
+        (Ok(tuned), _) => tuned,
+        (Err(error), written) => {
+            if let Err(unwritten) = written {
+                warn(format_args!("the experiments were not kept: {unwritten}"));
+            }
+            return Err(error);
+        }
+    };
     if common.json {
         say(as_json(&tuned));
     } else {
         print(&tuned, forgets);
     }
+    written?;
     Ok(())
 }
 

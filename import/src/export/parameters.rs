@@ -31,7 +31,14 @@ impl Controller {
 fn in_comment(text: &str) -> String {
     let plain = |c: char| match c {
         '\\' => Some('/'),
-        '\u{2028}' | '\u{2029}' => None,
+        // The last ones turn round the order in which the rest is shown.
+        '\u{2028}'
+        | '\u{2029}'
+        | '\u{61c}'
+        | '\u{200b}'..='\u{200f}'
+        | '\u{202a}'..='\u{202e}'
+        | '\u{2060}'..='\u{206f}'
+        | '\u{feff}' => None,
         c => (!c.is_control()).then_some(c),
     };
     text.chars().filter_map(plain).collect()

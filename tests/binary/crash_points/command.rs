@@ -86,6 +86,20 @@ pub const ALL: &[Writing] = &[
         ..writing("import runs.mcap -o again", &[RECORD, EXPORT_BAG])
     },
     locking("import runs.mcap -o robot --add", &[RECORD, EXPORT_BAG]),
+    // The page is that of an earlier import until this one is complete.
+    Writing {
+        writers: Writers::Alike,
+        ..writing(
+            "import more.mcap -o again --add",
+            &[
+                RECORD,
+                EXPORT_BAG,
+                "import runs.mcap -o again",
+                "record robot straight 0.5m",
+                "export robot --to mcap -o more.mcap",
+            ],
+        )
+    },
     // By its name it is of that day, whenever its files were written.
     writing(
         "fleet robots -o fleet.html --table fleet.csv",

@@ -45,7 +45,7 @@ pub fn page(understood: &Understood, names: &[String]) -> String {
     }
     if let Some((speeds, alignment)) = &understood.speeds {
         let shifted = speeds[1].start_s - understood.clock.late_s;
-        let scales = [Some(alignment.travel_per_unit), alignment.turn_per_unit];
+        let scales = [alignment.travel_per_unit, alignment.turn_per_unit];
         for (axis, what) in [(0, "Speed, m/s"), (1, "Turn rate, rad/s")] {
             let Some(scale) = scales[axis] else { continue };
             let _ = writeln!(

@@ -9,7 +9,8 @@
 //!
 //! A lag at which less of the poses' motion has wheels beside it has to fit better for that: of drives that repeat themselves, the
 //! lag is right that brings all of them together. A jump of a tracker and a counter that restarts are faster than the robot ever
-//! was for longer, and do not count. If one wheel counts backwards, going looks like turning to the wheels: that is tried as well.
+//! was for longer, and do not count. Where the wheels only go, or only turn, the rest of the poses' motion is noise, and does not
+//! count either. If one wheel counts backwards, going looks like turning to the wheels: that is tried as well.
 //!
 //! The lag is found on a grid that is coarse enough for the whole of both logs, and then on finer ones. What is left, half
 //! a step of the grid, is found by `robot_model::clocks` run by run.
@@ -26,6 +27,8 @@ const COARSE_MAX: usize = 3000;
 const FOLLOWED: usize = 6;
 /// A lag has to leave at most this misfit: a robot that is carried from run to run moves without its wheels.
 const MISFIT_MAX: f64 = 0.5;
+/// The same with what the motion costs that has no wheels beside it: parts of two drives may look alike.
+const COST_MAX: f64 = 0.4;
 /// Others, further away, have to leave more by this factor; by the second one if the lag leaves so much itself: the motions of
 /// another drive may resemble these.
 const RIVAL_FACTOR: f64 = 1.2;
@@ -39,6 +42,11 @@ const OVERLAP_MIN: f64 = 0.3;
 const ALONE_COSTS: f64 = 0.3;
 /// Wheels of which one is reversed have to fit better by this factor.
 const REVERSED_FACTOR: f64 = 0.5;
+/// Wheels hardly go, or hardly turn, if that is so small a share of what they do; in squares.
+const HARDLY: f64 = 0.003;
+/// A robot that turns on the spot moves no further than its track width, whatever its marker does; and one that goes straight turns
+/// less than one whose wheels roll round each other \[m\].
+const METRES_A_RADIAN: (f64, f64) = (0.02, 1.0);
 /// A jump is seen for a window; places in which a median does not see it, and how many of them must be known.
 const MEDIAN_HALF: usize = 10;
 const MEDIAN_STRIDE: usize = 5;
@@ -59,9 +67,9 @@ pub struct Alignment {
     pub late_s: f64,
     /// What is left of the motion; equation (1).
     pub misfit: f64,
-    /// Metres that the robot goes for a radian of both wheels, where wheels are in radians: the radius.
-    pub travel_per_unit: f64,
-    /// Radians that it turns for a radian of difference.
+    /// Metres that the robot goes for a radian of both wheels, where wheels are in radians: the radius. `None` if it only turned.
+    pub travel_per_unit: Option<f64>,
+    /// Radians that it turns for a radian of difference. `None` if it only went straight.
     pub turn_per_unit: Option<f64>,
     /// One of the wheels counts backwards.
     pub one_reversed: bool,
@@ -248,12 +256,13 @@ impl Products {
         products
     }
 
-    /// Equation (1), travel and turn weighed alike; `None` if too little of the poses' motion overlaps.
-    fn fit(&self, energies: &[f64; 2]) -> Option<Fit> {
+    /// Equation (1), travel and turn weighed alike, as far as the wheels show them; `None` if too little of the poses' motion
+    /// overlaps.
+    fn fit(&self, energies: &[f64; 2], shown: [bool; 2]) -> Option<Fit> {
         let (mut left, mut alone, mut axes) = (0.0, 0.0, 0.0);
         for (axis, energy) in energies.iter().enumerate() {
             // Headings that were not measured, or a robot that never turned.
-            if *energy <= 0.0 {
+            if *energy <= 0.0 || !shown[axis] {
                 continue;
             }
             if self.poses[axis] < OVERLAP_MIN * energy {
@@ -289,6 +298,18 @@ fn energies(speeds: &Speeds) -> [f64; 2] {
     })
 }
 
+/// Whether travel and turn are shown: of a robot that only goes straight, or only spins, the other is noise. Wheels are compared at
+/// their rims, which turn with half of the difference. Poses that go metres a radian, or turn radians in centimetres, do move:
+/// these wheels count something else.
+fn shown(wheels: &Speeds, poses: &Speeds) -> [bool; 2] {
+    let [travel, turn] = energies(wheels);
+    let rims = [travel, turn / 4.0];
+    let [went, turned] = energies(poses);
+    let moves =
+        [went > METRES_A_RADIAN.1.powi(2) * turned, went < METRES_A_RADIAN.0.powi(2) * turned];
+    [0, 1].map(|axis| moves[axis] || rims[axis] > HARDLY * rims[1 - axis])
+}
+
 /// Finds how late the poses are.
 pub fn align([wheels, poses]: &[Speeds; 2]) -> Result<Alignment, AlignError> {
     let moves = |speeds: &Speeds| energies(speeds).iter().any(|energy| *energy > 0.0);
@@ -304,7 +325,7 @@ pub fn align([wheels, poses]: &[Speeds; 2]) -> Result<Alignment, AlignError> {
         return Err(AlignError::NothingInCommon { misfit: 1.0 });
     };
     let late_s = |shift: i64| poses.start_s - wheels.start_s + shift as f64 * wheels.step_s;
-    if misfit > MISFIT_MAX {
+    if misfit > MISFIT_MAX || cost > COST_MAX {
         return Err(AlignError::NothingInCommon { misfit });
     }
     let factor = if misfit > POOR_MISFIT { RIVAL_FACTOR_OF_POOR } else { RIVAL_FACTOR };
@@ -317,13 +338,15 @@ pub fn align([wheels, poses]: &[Speeds; 2]) -> Result<Alignment, AlignError> {
         return Err(AlignError::Ambiguous { lags_s: [late_s(shift), late_s(rival.0)] });
     }
     let products = Products::at(wheels, poses, shift);
+    let shown = shown(wheels, poses);
     let factor = |axis: usize| {
-        (products.wheels[axis] > 0.0).then(|| products.both[axis] / products.wheels[axis])
+        let is_known = shown[axis] && products.wheels[axis] > 0.0;
+        is_known.then(|| products.both[axis] / products.wheels[axis])
     };
     Ok(Alignment {
         late_s: late_s(shift),
         misfit,
-        travel_per_unit: factor(0).unwrap_or(0.0),
+        travel_per_unit: factor(0),
         turn_per_unit: factor(1).filter(|_| products.poses[1] > 0.0),
         one_reversed,
     })
@@ -350,9 +373,11 @@ fn lags(wheels: &Speeds, poses: &Speeds) -> Vec<(i64, Fit)> {
 
 /// The best shifts, the best first, each a valley of its own.
 fn followed(wheels: &Speeds, poses: &Speeds, shifts: impl Iterator<Item = i64>) -> Vec<(i64, Fit)> {
-    let energies = energies(poses);
+    let (energies, shown) = (energies(poses), shown(wheels, poses));
     let mut fits: Vec<(i64, Fit)> = shifts
-        .filter_map(|shift| Some((shift, Products::at(wheels, poses, shift).fit(&energies)?)))
+        .filter_map(|shift| {
+            Some((shift, Products::at(wheels, poses, shift).fit(&energies, shown)?))
+        })
         .collect();
     fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
     let mut best: Vec<(i64, Fit)> = Vec::new();

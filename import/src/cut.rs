@@ -29,12 +29,14 @@ const GAP_S: f64 = 2.0;
 pub struct CutOptions {
     /// A longer stop ends a run \[s\].
     pub rest_s: f64,
+    /// How many of the poses' units make a metre.
+    pub units_per_m: f64,
 }
 
 impl Default for CutOptions {
     fn default() -> Self {
         // Half as much again as the stops between the pieces of a run of `beeline campaign`.
-        Self { rest_s: 2.0 }
+        Self { rest_s: 2.0, units_per_m: 1.0 }
     }
 }
 
@@ -94,7 +96,7 @@ pub fn cut(
         }
     }
     pieces.retain(|piece| rolled_rad(&phi_rad[piece.from..=piece.to]) > ROLLED_MIN_RAD);
-    with_margins(t_s, poses, &mut pieces);
+    with_margins(t_s, poses, options.units_per_m, &mut pieces);
     pieces
 }
 
@@ -145,7 +147,7 @@ fn apart(
     if t_s[from..=to].windows(2).any(|pair| pair[1] - pair[0] > GAP_S) {
         return Some(Begins::Interrupted);
     }
-    if was_carried(within(poses, t_s[from], t_s[to])) {
+    if was_carried(within(poses, t_s[from], t_s[to]), options.units_per_m) {
         return Some(Begins::Carried);
     }
     (t_s[to] - t_s[from] > options.rest_s).then_some(Begins::SetOff)
@@ -159,11 +161,11 @@ fn within(poses: &[FlatPose], from_s: f64, to_s: f64) -> &[FlatPose] {
 }
 
 /// Whether the poses of a stop begin and end elsewhere: by the medians of a few at both ends, as single ones may be off.
-fn was_carried(poses: &[FlatPose]) -> bool {
+fn was_carried(poses: &[FlatPose], units_per_m: f64) -> bool {
     const FEW: usize = 3;
     if poses.len() < 2 * FEW {
         return match poses {
-            [first, .., last] => is_elsewhere(first, last),
+            [first, .., last] => is_elsewhere(first, last, units_per_m),
             _ => false,
         };
     }
@@ -180,26 +182,26 @@ fn was_carried(poses: &[FlatPose]) -> bool {
             heading_rad: (!heading_rad.is_nan()).then_some(heading_rad),
         }
     };
-    is_elsewhere(&middle(&poses[..FEW]), &middle(&poses[poses.len() - FEW..]))
+    is_elsewhere(&middle(&poses[..FEW]), &middle(&poses[poses.len() - FEW..]), units_per_m)
 }
 
-fn is_elsewhere(a: &FlatPose, b: &FlatPose) -> bool {
-    let moved_m = (b.position_m[0] - a.position_m[0]).hypot(b.position_m[1] - a.position_m[1]);
+fn is_elsewhere(a: &FlatPose, b: &FlatPose, units_per_m: f64) -> bool {
+    let moved = (b.position_m[0] - a.position_m[0]).hypot(b.position_m[1] - a.position_m[1]);
     let turned_rad = a.heading_rad.zip(b.heading_rad).map_or(0.0, |(a, b)| b - a);
     let turned_rad =
         turned_rad - std::f64::consts::TAU * (turned_rad / std::f64::consts::TAU).round();
-    moved_m > CARRIED.0 || turned_rad.abs() > CARRIED.1
+    moved > CARRIED.0 * units_per_m || turned_rad.abs() > CARRIED.1
 }
 
 /// Adds to both ends of each piece some of the standstill, as far as the robot stayed there.
-fn with_margins(t_s: &[f64], poses: &[FlatPose], pieces: &mut [Piece]) {
+fn with_margins(t_s: &[f64], poses: &[FlatPose], units_per_m: f64, pieces: &mut [Piece]) {
     let moving: Vec<Piece> = pieces.to_vec();
     for (index, piece) in pieces.iter_mut().enumerate() {
         // Two runs share no sample.
         let before = index.checked_sub(1).map_or(0, |before| moving[before].to + 1);
         let middle_s = (t_s[before] + t_s[piece.from]) / 2.0;
         let least_s = if index == 0 { t_s[0] } else { middle_s };
-        let stays = |a_s: f64, b_s: f64| !was_carried(within(poses, a_s, b_s));
+        let stays = |a_s: f64, b_s: f64| !was_carried(within(poses, a_s, b_s), units_per_m);
         while piece.from > before
             && t_s[piece.from - 1] >= least_s.max(t_s[moving[index].from] - MARGIN_S)
             && t_s[piece.from] - t_s[piece.from - 1] < MARGIN_S

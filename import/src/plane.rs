@@ -1,9 +1,13 @@
 //! Poses in space as poses on the floor: which axis is up, and where the body heads.
 //!
+//! Where the tracker's axes lie askew to the floor, as those of a camera, the floor is the plane that the positions lie in.
+//!
 //! The heading is the direction of an axis of the body, projected onto the floor, so that a marker may be tilted or upside
 //! down: what is left is a constant angle to the robot's own heading.
 
 use std::f64::consts::TAU;
+
+use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::log::{Pose3, PoseLog};
 
@@ -39,7 +43,17 @@ const LEVEL: f64 = 0.7;
 /// The poses of a log on the floor.
 pub fn flat(log: &PoseLog) -> FlatPoses {
     let mut said = Vec::new();
-    let up = up_axis(&log.poses);
+    let askew = askew(&log.poses);
+    let up = askew.map_or_else(|| up_axis(&log.poses), |(up, _)| up);
+    let level = |[x, y, z]: [f64; 3]| -> [f64; 3] {
+        askew.map_or([x, y, z], |(_, level)| (level * Vector3::new(x, y, z)).into())
+    };
+    if let Some((_, level)) = askew {
+        let askew_deg = level.angle().to_degrees();
+        said.push(format!(
+            "the floor lies askew to the tracker's axes, by {askew_deg:.1} degrees: levelled"
+        ));
+    }
     if up != 2 {
         let name = ["x", "y"][up];
         said.push(format!("{name} points up: the floor is the plane of the two others"));
@@ -53,14 +67,14 @@ pub fn flat(log: &PoseLog) -> FlatPoses {
     if unsound > 0 {
         said.push(format!("{unsound} orientations are no unit quaternions and were left out"));
     }
-    let axis = body_axis(&log.poses, up, sound);
+    let axis = body_axis(&log.poses, up, sound, level);
     let mut last_rad: Option<f64> = None;
     let mut poses: Vec<FlatPose> = log
         .poses
         .iter()
         .map(|pose| {
             let wrapped = pose.orientation.filter(sound).map(|q| {
-                let direction = turned(&q, axis);
+                let direction = level(turned(&q, axis));
                 direction[floor[1]].atan2(direction[floor[0]])
             });
             let heading_rad = wrapped.map(|rad| {
@@ -68,11 +82,8 @@ pub fn flat(log: &PoseLog) -> FlatPoses {
                 rad + TAU * ((before - rad) / TAU).round()
             });
             last_rad = heading_rad.or(last_rad);
-            FlatPose {
-                t_s: pose.t_s,
-                position_m: floor.map(|axis| pose.position_m[axis]),
-                heading_rad,
-            }
+            let position_m = level(pose.position_m);
+            FlatPose { t_s: pose.t_s, position_m: floor.map(|axis| position_m[axis]), heading_rad }
         })
         .collect();
     let headings = || poses.iter().filter_map(|pose| pose.heading_rad);
@@ -83,6 +94,82 @@ pub fn flat(log: &PoseLog) -> FlatPoses {
         poses.iter_mut().for_each(|pose| pose.heading_rad = None);
     }
     FlatPoses { poses, said }
+}
+
+/// A floor that lies askew by less is level: lengths differ by less than 4e-5 \[rad\].
+const LEVEL_RAD: f64 = 0.009;
+/// Levelled, positions must leave the floor by less by this factor.
+const LEVEL_TIMES: f64 = 2.0;
+/// Positions that lie further from the floor than this many times the median, and than this \[m\], are none.
+const OFF_TIMES: f64 = 5.0;
+const OFF_M: f64 = 2e-3;
+/// So many positions show where the floor is, of so large a share.
+const ON_FLOOR_MIN: (usize, f64) = (20, 0.7);
+
+/// If the floor lies askew to the tracker's axes: the axis that is nearest to its normal, and the smallest rotation that levels it.
+fn askew(poses: &[Pose3]) -> Option<(usize, Rotation3<f64>)> {
+    let mut on_floor = on_a_plane(poses);
+    let least = ON_FLOOR_MIN.0.max((ON_FLOOR_MIN.1 * poses.len() as f64) as usize);
+    for round in 0.. {
+        if on_floor.len() < least {
+            return None;
+        }
+        let count = on_floor.len() as f64;
+        let mean = on_floor.iter().sum::<Vector3<f64>>() / count;
+        let squares: Matrix3<f64> =
+            on_floor.iter().map(|at| (at - mean) * (at - mean).transpose()).sum();
+        let eigen = (squares / count).symmetric_eigen();
+        let mut order = [0, 1, 2];
+        order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+        let spread = |k: usize| eigen.eigenvalues[order[k]].max(0.0).sqrt();
+        let mut normal: Vector3<f64> = eigen.eigenvectors.column(order[0]).into();
+        let up = normal.iamax();
+        if normal[up] < 0.0 {
+            normal = -normal;
+        }
+        let off = |at: &Vector3<f64>| (at - mean).dot(&normal).abs();
+        let mut offs: Vec<f64> = on_floor.iter().map(off).collect();
+        let middle = offs.len() / 2;
+        let median = *offs.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let before = on_floor.len();
+        on_floor.retain(|at| off(at) <= OFF_M.max(OFF_TIMES * median));
+        if on_floor.len() < before && round < 10 {
+            continue;
+        }
+        let along = squares[(up, up)].max(0.0).sqrt() / count.sqrt();
+        let is_plane = spread(1) > UP_TIMES * spread(0);
+        let is_askew = normal[up].min(1.0).acos() > LEVEL_RAD && along > LEVEL_TIMES * spread(0);
+        let level = Rotation3::rotation_between(&normal, &Vector3::ith(up, 1.0));
+        return level.filter(|_| is_plane && is_askew).map(|level| (up, level));
+    }
+    None
+}
+
+/// The positions near a plane through three of them, of some that which has the least median distance: a tracker that lost the
+/// robot puts it somewhere else, often and far away.
+fn on_a_plane(poses: &[Pose3]) -> Vec<Vector3<f64>> {
+    const PLANES: usize = 100;
+    const JUDGES: usize = 300;
+    /// Its multiples spread evenly, whatever repeats itself in a drive.
+    const GOLDEN: f64 = 0.618_033_988_749_895;
+    let at = |index: usize| Vector3::from(poses[index].position_m);
+    let spread = |k: usize| ((k as f64 * GOLDEN).fract() * poses.len() as f64) as usize;
+    let judges: Vec<Vector3<f64>> = (0..JUDGES.min(poses.len())).map(|k| at(spread(k))).collect();
+    let mut best: Option<(f64, Vector3<f64>, Vector3<f64>)> = None;
+    for k in (0..PLANES).filter(|_| !poses.is_empty()) {
+        let [a, b, c] = [3 * k, 3 * k + 1, 3 * k + 2].map(|k| at(spread(k + JUDGES)));
+        let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-6) else { continue };
+        let mut offs: Vec<f64> = judges.iter().map(|at| (at - a).dot(&normal).abs()).collect();
+        let middle = offs.len() / 2;
+        let median = *offs.select_nth_unstable_by(middle, f64::total_cmp).1;
+        if best.is_none_or(|(least, ..)| median < least) {
+            best = Some((median, a, normal));
+        }
+    }
+    let all = poses.iter().map(|pose| Vector3::from(pose.position_m));
+    let Some((median, a, normal)) = best else { return Vec::new() };
+    let reach_m = OFF_M.max(OFF_TIMES * median);
+    all.filter(|at| (at - a).dot(&normal).abs() <= reach_m).collect()
 }
 
 /// The axis along which the robot hardly moved, z in doubt.
@@ -102,13 +189,18 @@ fn up_axis(poses: &[Pose3]) -> usize {
 }
 
 /// The axis of the body that lies most in the floor, x if it does.
-fn body_axis(poses: &[Pose3], up: usize, sound: impl Fn(&[f64; 4]) -> bool) -> usize {
+fn body_axis(
+    poses: &[Pose3],
+    up: usize,
+    sound: impl Fn(&[f64; 4]) -> bool,
+    levelled: impl Fn([f64; 3]) -> [f64; 3],
+) -> usize {
     let mut level = [0.0; 3];
     let mut count = 0.0;
     for q in poses.iter().filter_map(|pose| pose.orientation).filter(|q| sound(q)) {
         count += 1.0;
         for (axis, level) in level.iter_mut().enumerate() {
-            *level += (1.0 - turned(&q, axis)[up].powi(2)).max(0.0);
+            *level += (1.0 - levelled(turned(&q, axis))[up].powi(2)).max(0.0);
         }
     }
     let is_level = |axis: usize| level[axis] >= LEVEL * count;
@@ -179,6 +271,42 @@ mod tests {
                 assert!((first.position_m[1] + 1.0).abs() < 1e-9);
             }
         }
+    }
+
+    #[test]
+    fn a_floor_that_lies_askew_is_levelled_and_lost_positions_do_not_count() {
+        for (about_x_deg, about_y_deg) in
+            [(3.0_f64, 0.0_f64), (10.0, 5.0), (30.0, -40.0), (-120.0, 0.0)]
+        {
+            let frame = Rotation3::from_euler_angles(
+                about_x_deg.to_radians(),
+                about_y_deg.to_radians(),
+                0.3,
+            );
+            let (axis, angle) = (frame.axis().unwrap(), frame.angle());
+            let half = axis.scale((angle / 2.0).sin());
+            let mut log = circle(2, [0.0, 0.0, 0.0, 1.0]);
+            for (k, pose) in log.poses.iter_mut().enumerate() {
+                let at = frame * Vector3::from(pose.position_m) + Vector3::new(0.5, -0.2, 2.0);
+                // Twenty positions of a tracker that has lost the robot.
+                pose.position_m = if k % 10 == 7 { [0.0; 3] } else { at.into() };
+                let turn = [half.x, half.y, half.z, (angle / 2.0).cos()];
+                pose.orientation = pose.orientation.map(|q| product(turn, q));
+            }
+            let flat = flat(&log);
+            assert!(flat.said[0].contains("askew"), "{:?}", flat.said);
+            let (first, last) = (flat.poses[0], flat.poses[199]);
+            let turned_rad = last.heading_rad.unwrap() - first.heading_rad.unwrap();
+            assert!((turned_rad.abs() - 9.95).abs() < 1e-3, "{turned_rad}");
+            let apart_m = |a: usize, b: usize| {
+                let [a, b] = [a, b].map(|k| flat.poses[k].position_m);
+                (a[0] - b[0]).hypot(a[1] - b[1])
+            };
+            // Across the circle.
+            assert!((apart_m(0, 63) - 2.0 * (63.0 * 0.05 / 2.0_f64).sin()).abs() < 1e-4);
+            assert!((apart_m(30, 62) - 2.0 * (32.0 * 0.05 / 2.0_f64).sin()).abs() < 1e-4);
+        }
+        assert_eq!(askew(&circle(2, [0.0, 0.0, 0.0, 1.0]).poses), None);
     }
 
     #[test]

@@ -248,8 +248,8 @@ fn nothing_known(file: &Path, names: &[String], read: usize) -> CampaignError {
     )
 }
 
-/// One row for each cycle in which something changed, with the time first. Wheels keep their values, poses do not: a pose that was
-/// not measured is none.
+/// One row for each cycle in which something changed, with the time first. Poses keep no value: one that was not measured is none.
+/// Wheels keep theirs while they stand; of wheels that turn, nothing is known between two records.
 fn rows(
     columns: BTreeMap<String, Vec<(i64, f64)>>,
     chosen: &[Mapping],
@@ -268,6 +268,8 @@ fn rows(
         .flat_map(|(k, own)| own.into_iter().map(move |(t_us, value)| (t_us, k, value)))
         .collect();
     values.sort_by_key(|(t_us, k, _)| (*t_us, *k));
+    let wheels_us: Vec<i64> =
+        values.iter().filter(|(_, k, _)| is_wheel[*k]).map(|(t_us, ..)| *t_us).collect();
     let mut table = vec![Vec::new(); names.len() + 1];
     let mut held = vec![f64::NAN; names.len()];
     let mut push = |t_us: i64, row: &[f64]| {
@@ -292,12 +294,29 @@ fn rows(
             (row[*k], set[*k], held[*k]) = (*value, true, *value);
             next += 1;
         }
+        let is_of_wheels = set.iter().zip(&is_wheel).any(|(set, wheel)| *set && *wheel);
+        if !is_of_wheels && !stand_at(&wheels_us, at_us) {
+            row.iter_mut().zip(&is_wheel).filter(|(_, w)| **w).for_each(|(v, _)| *v = f64::NAN);
+        }
         push(at_us, &row);
         before_us = at_us;
     }
     let still = wheels_alone(&held);
     held_times(before_us, end_us).for_each(|t_us| push(t_us, &still));
     std::iter::once("t_s".to_owned()).chain(names).zip(table).collect()
+}
+
+/// Whether wheels with records at these times stand at this one, between two of them: in a pause, and not just before it ends.
+fn stand_at(records_us: &[i64], at_us: i64) -> bool {
+    let last_us = BEFORE_US[BEFORE_US.len() - 1];
+    let next = records_us.partition_point(|t_us| *t_us <= at_us);
+    match (next.checked_sub(1).map(|before| records_us[before]), records_us.get(next)) {
+        (Some(before_us), Some(next_us)) => {
+            next_us.saturating_sub(before_us) > 4 * last_us && at_us <= next_us - last_us
+        }
+        // Before the first one, nothing is known; after the last one, they stand.
+        (before, _) => before.is_some(),
+    }
 }
 
 /// The times of rows between two records in which nothing changes.
@@ -317,6 +336,26 @@ fn held_times(from_us: i64, to_us: i64) -> impl Iterator<Item = i64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_wheels_that_turn_nothing_is_known_between_two_records() {
+        // At 50 Hz, a pause of half a second, and on.
+        let records: Vec<i64> = [0, 20, 40, 60, 560, 580].map(|ms| 1000 * ms).into();
+        for (at_ms, stands) in [
+            (-5, false),
+            (10, false),
+            (55, false),
+            (65, true),
+            (300, true),
+            (539, true),
+            (550, false),
+            (570, false),
+            (900, true),
+        ] {
+            assert_eq!(stand_at(&records, 1000 * at_ms), stands, "{at_ms}");
+        }
+        assert!(!stand_at(&[], 0));
+    }
 
     #[test]
     fn a_pause_has_rows_that_increase_and_are_few_however_long_it_is() {

@@ -1,6 +1,6 @@
 //! Writes what was understood as a campaign folder.
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use campaign::announced_runs::AnnouncedRuns;
 use campaign::new_folders::NewFolder;
@@ -112,6 +112,15 @@ fn into(
     let written = Written { names: names.collect(), were_there };
     complete(folder, &written)?;
     Ok(written)
+}
+
+/// What a robot is called whose campaign has this folder: the innermost name that is not only a date.
+pub fn name_of(folder: &Path) -> Option<String> {
+    let names = folder.components().rev().filter_map(|part| match part {
+        Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
+        _ => None,
+    });
+    names.filter(|name| name.chars().any(char::is_alphabetic)).next()
 }
 
 /// The robot of a folder that has one.

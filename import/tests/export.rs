@@ -29,6 +29,11 @@ fn nominal() -> RobotFile {
 
 /// Out and back, spins, arcs: speeds of both wheels \[rad/s\], for ten seconds. The last two are held out.
 fn campaign() -> Campaign {
+    campaign_with(|_| 1.0)
+}
+
+/// The same, with a share of the speed at each sample.
+fn campaign_with(share: impl Fn(i32) -> f64) -> Campaign {
     let mut rng = ChaCha8Rng::seed_from_u64(SEED);
     let speeds =
         [[6.0, 6.0], [-5.0, 5.0], [5.0, -5.0], [3.0, 6.0], [6.0, 3.0], [4.0, 4.0], [5.0, 2.0]];
@@ -53,7 +58,7 @@ fn campaign() -> Campaign {
             // Spins and the runs held out go on; all else comes back, half as fast.
             let goes_on = k < 100 || speeds[0] == -speeds[1] || run.held_out;
             let back = if goes_on { 1.0 } else { -0.5 };
-            let turned = speeds.map(|speed| 0.05 * speed * back);
+            let turned = speeds.map(|speed| 0.05 * speed * back * share(k));
             let rolled = [RADII_M[0] * turned[0], RADII_M[1] * turned[1]];
             let (travel, turn) = ((rolled[0] + rolled[1]) / 2.0, (rolled[1] - rolled[0]) / TRACK_M);
             let (sin, cos) = (pose[2] + turn / 2.0).sin_cos();
@@ -117,6 +122,44 @@ fn a_controller_gets_the_radii_and_the_track_width_that_the_robot_has() {
     }
     let radii = yaml.lines().filter(|line| line.trim_start().starts_with("wheel_radius:"));
     assert_eq!(radii.count(), 1, "a name cannot add a parameter: {yaml}");
+}
+
+/// Where a marker sits, and how late a pose comes, are no errors of the odometry.
+#[test]
+fn a_marker_off_the_middle_and_a_late_camera_change_no_parameter_and_no_covariance() {
+    const LATE_S: f64 = 0.06;
+    const MARKER_M: [f64; 2] = [0.08, -0.03];
+    // From standstill to standstill: else nothing shows a delay.
+    let share = |k: i32| f64::from((k % 100).min(100 - k % 100) - 5).clamp(0.0, 20.0) / 20.0;
+    let plain = campaign_with(share);
+    let mut campaign = plain.clone();
+    for run in &mut campaign.runs {
+        for pose in &mut run.measured_poses {
+            let (sin, cos) = pose.heading_rad.unwrap().sin_cos();
+            pose.position_m = pose.position_m.map(|[x, y]| {
+                let [ahead, left] = MARKER_M;
+                [x + ahead * cos - left * sin, y + ahead * sin + left * cos]
+            });
+            pose.t_s += LATE_S;
+        }
+    }
+    let of = |campaign: &Campaign| {
+        let model = ModelFile::default();
+        Controller::of(Path::new("a"), &nominal(), campaign, &model, Target::DiffDrive).unwrap()
+    };
+    let (plain, found) = (of(&plain), of(&campaign));
+    for (found, is) in found.geometry.radii_m().into_iter().zip(RADII_M) {
+        assert!((found / is - 1.0).abs() < 1e-3, "{found} {is}");
+    }
+    for (a, b) in [
+        (found.pose_variances, plain.pose_variances),
+        (found.twist_variances, plain.twist_variances),
+    ] {
+        for (a, b) in a.into_iter().zip(b) {
+            assert!(a < 2.0 * b.max(1e-9), "{found:?} {plain:?}");
+        }
+    }
+    assert_eq!(found.cost, None);
 }
 
 /// The number after a name in a file, whatever stands between.

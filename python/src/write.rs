@@ -155,12 +155,12 @@ pub fn write_logs(py: Python<'_>, folder: PathBuf, logs: Logs) -> PyResult<Vec<S
         };
         let of = controller.map(|controller| controller.geometry);
         let hints = Hints {
-            name: logs.name,
+            name: logs.name.or_else(|| import::write::name_of(&folder)),
             wheel_radius_m: logs.wheel_radius_m.or(of.map(|of| of.wheel_radius_m)),
             track_width_m: logs.track_width_m.or(of.map(|of| of.wheel_separation_m)),
             counts_per_rev: logs.counts_per_rev,
             gear_reduction: logs.gear_reduction,
-            cut: import::cut::CutOptions { rest_s: logs.rest_s },
+            cut: import::cut::CutOptions { rest_s: logs.rest_s, ..Default::default() },
         };
         let choice =
             Choice { wheels: logs.wheels, odometry, pose: logs.pose, imu: logs.imu, mappings };

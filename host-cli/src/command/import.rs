@@ -8,7 +8,7 @@ use ::import::controller_file::{self, ControllerFile};
 use ::import::geometry::Geometry;
 use ::import::source::{Choice, Offer, Sources};
 use ::import::understand::{Hints, Understood, understand};
-use ::import::write::{Written, robot_of, write_with};
+use ::import::write::{Written, name_of, robot_of, write_with};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, ImportArgs};
@@ -93,7 +93,11 @@ fn hints(
     there: Option<&RobotFile>,
 ) -> Hints {
     Hints {
-        name: args.name.clone().or(there.map(|robot| robot.name.clone())),
+        name: args
+            .name
+            .clone()
+            .or(there.map(|robot| robot.name.clone()))
+            .or(args.output.as_deref().and_then(name_of)),
         wheel_radius_m: args
             .wheel_radius
             .map(|length| length.m)
@@ -106,7 +110,7 @@ fn hints(
             .or(there.map(|robot| robot.track_width_m)),
         counts_per_rev: args.counts_per_rev.or(there.map(|robot| robot.counts_per_rev)),
         gear_reduction: args.gear_reduction.or(there.map(|robot| robot.gear_reduction)),
-        cut: ::import::cut::CutOptions { rest_s: args.rest.s },
+        cut: ::import::cut::CutOptions { rest_s: args.rest.s, ..Default::default() },
     }
 }
 

@@ -10,9 +10,9 @@ use campaign::model::ModelFile;
 use campaign::words::recording_error;
 use campaign::{CampaignError, RobotFile};
 use robot_model::compare::{Comparer, EffectWithValues};
-use robot_model::effect::{Effect, find};
+use robot_model::effect::{ActsOn, CATALOGUE, Effect, find};
 use robot_model::estimation::ErrorPair;
-use robot_model::explain::model::{Model, fit};
+use robot_model::explain::model::{Model, ModelFitter};
 use robot_model::recording::{Campaign, RecordingError};
 
 use super::target::{EFFECTS, Target};
@@ -21,6 +21,9 @@ use crate::log::error;
 
 /// How often `diff_drive_controller` publishes by default \[Hz\].
 pub(super) const PUBLISH_HZ: f64 = 50.0;
+
+/// What is as improbable by chance is there.
+const CHANCE: f64 = 1e-3;
 
 /// What a controller is told.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,13 +67,14 @@ impl Controller {
             error(folder, recording_error(&why), "`beeline compare` says more")
         };
         let fitted = fitted(campaign, target.effects()).map_err(cannot)?;
+        let measured = of_measurement(&fitted);
         let exact = geometry(robot, &fitted);
         let rounded = target.rounded(&exact, robot);
         let speed_mps = mean_speed_mps(campaign);
         // A random walk over the time of one message: var(v) = k_s^2 v dt / dt^2.
         let per_message = |walk: f64| walk * walk * speed_mps * PUBLISH_HZ;
         let within = fitted.errors.fitted;
-        let cost = cost(robot, campaign, model, target, (&exact, &rounded));
+        let cost = cost(robot, campaign, model, target, (&exact, &rounded, &measured));
         Ok(Self {
             target,
             geometry: rounded,
@@ -86,10 +90,36 @@ impl Controller {
     }
 }
 
-/// These effects, fitted.
+/// These effects, fitted, and beside them what was wrong with the measurement, as far as there is evidence: where a marker sits
+/// and how late a pose comes are no errors of an odometry.
 fn fitted(campaign: &Campaign, ids: &[&str]) -> Result<Model, RecordingError> {
-    let effects: Vec<&dyn Effect> = ids.iter().filter_map(|id| find(id)).collect();
-    fit(campaign, &effects)
+    let asked: Vec<&dyn Effect> = ids.iter().filter_map(|id| find(id)).collect();
+    let fitter = ModelFitter::new(campaign)?;
+    let measurement = CATALOGUE.iter().copied().filter(is_of_measurement);
+    let with_all = fitter.fit(&[&asked[..], &measurement.collect::<Vec<_>>()].concat());
+    let is_there = |effect: &&dyn Effect| {
+        let found = with_all.effects.iter().find(|found| found.effect == effect.facts().id);
+        found.is_some_and(|found| {
+            let verdict = &found.verdict;
+            verdict.p_value < CHANCE && verdict.cross_validated_gain > 0.0 && !verdict.implausible
+        })
+    };
+    let kept = CATALOGUE.iter().copied().filter(is_of_measurement).filter(is_there);
+    Ok(fitter.fit(&[&asked[..], &kept.collect::<Vec<_>>()].concat()))
+}
+
+fn is_of_measurement(effect: &&dyn Effect) -> bool {
+    effect.facts().acts_on == ActsOn::Measurement
+}
+
+/// What was wrong with the measurement, as it was fitted.
+fn of_measurement(fitted: &Model) -> Vec<EffectWithValues<'static>> {
+    let found = fitted.effects.iter().filter_map(|found| {
+        let effect = find(&found.effect).filter(is_of_measurement)?;
+        let values = found.parameters.iter().map(|parameter| parameter.value).collect();
+        Some(EffectWithValues { effect, values, up_to_mps: None })
+    });
+    found.collect()
 }
 
 /// The numbers that fitted effects say.
@@ -142,11 +172,12 @@ fn cost(
     campaign: &Campaign,
     model: &ModelFile,
     target: Target,
-    (exact, rounded): (&Geometry, &Geometry),
+    (exact, rounded, measured): (&Geometry, &Geometry, &[EffectWithValues<'static>]),
 ) -> Result<Option<Cost>, RecordingError> {
     let accepted = model.effects_with_values().unwrap_or_default();
     let facts = accepted.iter().map(|effect| effect.effect.facts());
-    let beyond = facts.filter(|facts| !EFFECTS.contains(&facts.id));
+    let beyond =
+        facts.filter(|facts| !EFFECTS.contains(&facts.id) && facts.acts_on != ActsOn::Measurement);
     let mut names: Vec<String> = beyond.map(|facts| facts.name.to_owned()).collect();
     let is_whole_model = !names.is_empty();
     let missing = EFFECTS.into_iter().filter(|id| !target.effects().contains(id));
@@ -161,9 +192,17 @@ fn cost(
     let comparer = Comparer::new(campaign, &own)?;
     let error_m = |effects: &[EffectWithValues<'_>]| comparer.compare(effects).position_m.rms;
     let whole_m = if is_whole_model {
-        error_m(&accepted)
+        let is_in_model = |one: &&EffectWithValues<'_>| {
+            let id = one.effect.facts().id;
+            accepted.iter().any(|effect| effect.effect.facts().id == id)
+        };
+        let beside = measured.iter().filter(|one| !is_in_model(one)).cloned();
+        error_m(&accepted.iter().cloned().chain(beside).collect::<Vec<_>>())
     } else {
-        error_m(&effects_of(&geometry(robot, &fitted(campaign, &EFFECTS)?)))
+        let all = fitted(campaign, &EFFECTS)?;
+        error_m(&[effects_of(&geometry(robot, &all)), of_measurement(&all)].concat())
     };
-    Ok(Some(Cost { effects: names, position_m: [error_m(&effects_of(rounded)), whole_m] }))
+    let own_m = error_m(&[effects_of(rounded), measured.to_vec()].concat());
+    // A model that is worse than the program's numbers tells nothing of what these lack.
+    Ok((own_m >= whole_m).then_some(Cost { effects: names, position_m: [own_m, whole_m] }))
 }

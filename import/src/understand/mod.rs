@@ -21,14 +21,14 @@ use robot_model::recording::{
 };
 
 use crate::alignment::{Alignment, Speeds};
-use crate::cut::{Begins, Piece, ROLLED_MIN_RAD, cut};
+use crate::cut::{Begins, CutOptions, Piece, ROLLED_MIN_RAD, cut};
 use crate::gyro::yaw_rates;
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::mend::{mend, words};
 use crate::plane::{FlatPose, flat};
 use crate::turns;
 pub use hints::Hints;
-use nominal::{in_radians, robot};
+use nominal::{in_radians, robot, units_per_m};
 use speed_alignment::aligned_by_speed;
 
 /// A log, understood.
@@ -93,6 +93,8 @@ pub struct ClockUnderstood {
 const SAMPLES_MIN: usize = 10;
 /// Both in one bag, and apart by less: one clock, and the delay of a camera, which is left to `explain` \[s\].
 const DELAY_MAX_S: f64 = 0.25;
+/// Of one drive, clocks are brought together to milliseconds, and to this at worst \[s\].
+const CLOCK_SIGMA_MAX_S: f64 = 0.04;
 /// Fewer poses in a run show nothing.
 const POSES_MIN: usize = 2;
 
@@ -135,7 +137,8 @@ pub fn understand(
     let late_s = if are_related { 0.0 } else { alignment.late_s };
     flat.poses.iter_mut().for_each(|pose| pose.t_s -= late_s);
     let (robot, is_estimated) = robot(&wheels, poses, hints, counts_per_rev, &alignment)?;
-    let pieces = cut(&wheels.t_s, &wheels.turned, &flat.poses, hints.cut);
+    let options = CutOptions { units_per_m: units_per_m(&alignment, hints), ..hints.cut };
+    let pieces = cut(&wheels.t_s, &wheels.turned, &flat.poses, options);
     if pieces.is_empty() {
         let hint = "a run begins and ends at standstill; give a log in which the robot drives";
         let problem = format!(
@@ -260,8 +263,12 @@ impl Understood {
             .filter(|found| !found.what.is_minor())
             .filter_map(|found| found.run.as_deref())
             .collect();
-        if faulty.len() == campaign.runs.len() {
-            let problem = format!("in all {} runs the poses contradict the wheels", faulty.len());
+        if 2 * faulty.len() > campaign.runs.len() {
+            let problem = format!(
+                "in {} of {} runs the poses contradict the wheels",
+                faulty.len(),
+                campaign.runs.len()
+            );
             return Err(error(poses, problem, "check that wheels and poses are of the same robot"));
         }
         for run in campaign.runs.iter().filter(|run| faulty.contains(run.name.as_str())) {
@@ -277,6 +284,7 @@ impl Understood {
         let (campaign, clocks) =
             aligned.map_err(|why| error(wheels, recording_error(&why), "record the log again"))?;
         self.clock.add(&clocks, campaign.runs.len());
+        self.clock.check(poses)?;
         for mut recording in campaign.runs {
             let kind = RunKind::of(&robot, &recording)
                 .map_err(|why| error(wheels, recording_error(&why), "record the log again"))?;
@@ -296,6 +304,18 @@ impl Understood {
 }
 
 impl ClockUnderstood {
+    /// Refuses clocks that go together too roughly.
+    fn check(&self, poses: &Path) -> Result<(), CampaignError> {
+        if self.sigma_s <= CLOCK_SIGMA_MAX_S {
+            return Ok(());
+        }
+        let problem = format!(
+            "wheels and poses go together only roughly, with clocks {:.2} ± {:.2} s apart",
+            self.late_s, self.sigma_s
+        );
+        Err(error(poses, problem, "check that wheels and poses are of the same robot and drive"))
+    }
+
     /// Adds what was found run by run.
     fn add(&mut self, clocks: &[ClockFound], runs: usize) {
         let mut offsets: Vec<f64> = clocks.iter().map(|clock| clock.offset_s).collect();

@@ -56,7 +56,7 @@ const UNIT_AGREES: f64 = 0.05;
 /// In what the wheels are, and what makes radians of it, if that is certain: by the radius and the track width that the user gave.
 pub(super) fn unit(alignment: &Alignment, hints: &Hints) -> Option<(&'static str, f64)> {
     let (radius_m, width_m) = (hints.wheel_radius_m?, hints.track_width_m?);
-    let by_travel = alignment.travel_per_unit / radius_m;
+    let by_travel = alignment.travel_per_unit? / radius_m;
     let by_turn = alignment.turn_per_unit? * width_m / radius_m;
     let units = [("degrees", PI / 180.0), ("turns", TAU), ("metres", 1.0 / radius_m)];
     units.into_iter().find(|(_, rad)| {
@@ -64,6 +64,19 @@ pub(super) fn unit(alignment: &Alignment, hints: &Hints) -> Option<(&'static str
             // A radius of a metre: both are the same.
             && (rad - 1.0).abs() > 2.0 * UNIT_AGREES
     })
+}
+
+/// Units of positions in a metre: millimetres, centimetres, inches, feet.
+const PER_M: [f64; 4] = [1000.0, 100.0, 1.0 / 0.0254, 1.0 / 0.3048];
+/// A radius on paper is seldom further off.
+const RADIUS_AGREES: f64 = 0.25;
+
+/// How many of the poses' units make a metre, by the radius that the user gave: before they are converted, with the whole evidence.
+pub(super) fn units_per_m(alignment: &Alignment, hints: &Hints) -> f64 {
+    let found = alignment.travel_per_unit.zip(hints.wheel_radius_m).map(|(unit, m)| unit / m);
+    let agrees =
+        |per_m: &f64| found.is_some_and(|found| (found / per_m - 1.0).abs() < RADIUS_AGREES);
+    PER_M.into_iter().find(agrees).unwrap_or(1.0)
 }
 
 /// The nominal robot: as the user says, else from how far it went.
@@ -75,10 +88,14 @@ pub(super) fn robot(
     alignment: &Alignment,
 ) -> Result<(RobotFile, [bool; 2]), CampaignError> {
     let estimated_m = alignment.travel_per_unit;
-    let wheel_radius_m = match hints.wheel_radius_m {
-        Some(radius_m) => radius_m,
-        None if RADII_M.contains(&estimated_m) => rounded(estimated_m),
-        None => {
+    let wheel_radius_m = match (hints.wheel_radius_m, estimated_m) {
+        (Some(radius_m), _) => radius_m,
+        (None, Some(estimated_m)) if RADII_M.contains(&estimated_m) => rounded(estimated_m),
+        (None, None) => {
+            let problem = "the radius of the wheels is unknown, and the robot only turned";
+            return Err(error(&wheels.file, problem, "add --wheel-radius"));
+        }
+        (None, Some(estimated_m)) => {
             let problem =
                 format!("by the poses, the wheels would have a radius of {estimated_m:.4} m");
             let hint = "give the unit of the poses, as in --map x_m=COLUMN:mm,y_m=COLUMN:mm, or --wheel-radius and --track-width, by which the units of the wheels are found";
@@ -86,10 +103,11 @@ pub(super) fn robot(
         }
     };
     // theta = R (phi_r - phi_l) / b
-    let width_m = alignment.turn_per_unit.filter(|turn| *turn > 0.0).map(|turn| estimated_m / turn);
+    let width_m =
+        alignment.turn_per_unit.filter(|turn| *turn > 0.0).map(|turn| wheel_radius_m / turn);
     let track_width_m = match (hints.track_width_m, width_m) {
         (Some(width_m), _) => width_m,
-        (None, Some(width_m)) => rounded(width_m * wheel_radius_m / estimated_m),
+        (None, Some(width_m)) => rounded(width_m),
         (None, None) => {
             let problem = "the track width is unknown, and no turn of the robot was measured";
             return Err(error(&wheels.file, problem, "add --track-width"));

@@ -6,7 +6,7 @@ use import::log::{Pose3, PoseLog, WheelLog};
 use import::mcap::BagWriter;
 use import::message::{encode_joints, encode_odometry, encode_pose};
 use import::source::{Choice, Sources};
-use import::understand::{Understood, understand};
+use import::understand::{Hints, Understood, understand};
 
 use crate::hints;
 
@@ -20,11 +20,16 @@ const MOVES: [[f64; 3]; 5] =
 
 /// Wheels in radians and poses, both at 50 Hz, of a robot whose right wheel is 0.6 % too large.
 fn drive() -> (WheelLog, PoseLog) {
+    drive_of(&MOVES, 2.6)
+}
+
+/// The same with other moves, and stops that take so long and longer \[s\].
+fn drive_of(moves: &[[f64; 3]], stop_s: f64) -> (WheelLog, PoseLog) {
     const STEP_S: f64 = 0.02;
     let (mut wheels, mut poses) = (WheelLog::default(), PoseLog::default());
     let ([mut x_m, mut y_m], mut heading_rad, mut turned) = ([0.0; 2], 0.0_f64, [0.0; 2]);
-    for (number, [travel, turn, time_s]) in MOVES.iter().cycle().take(15).enumerate() {
-        let stop_s = 2.6 + 0.13 * (number % 5) as f64;
+    for (number, [travel, turn, time_s]) in moves.iter().cycle().take(15).enumerate() {
+        let stop_s = stop_s + 0.13 * (number % 5) as f64;
         for step in 0..((time_s + stop_s) / STEP_S) as usize {
             let at_s = step as f64 * STEP_S;
             let share = (at_s.min(time_s - at_s) / 0.5).clamp(0.0, 1.0);
@@ -67,6 +72,83 @@ fn check(understood: &Understood, left_out_max: usize) {
     let from_rad = first.wheels[0].phi_rad;
     for (to, from) in [(rolled_rad.left, from_rad.left), (rolled_rad.right, from_rad.right)] {
         assert!((to - from - 4.5 * 0.3 / RADIUS_M).abs() < 0.5, "{}", to - from);
+    }
+}
+
+/// What the wheels do not show, the poses show as noise alone.
+#[test]
+fn a_robot_that_only_goes_straight_or_only_spins_is_understood() {
+    let straights = [[0.3, 0.0, 5.0], [-0.3, 0.0, 5.0], [0.2, 0.0, 4.0], [-0.2, 0.0, 4.0]];
+    let spins = [[0.0, 1.0, 5.0], [0.0, -1.0, 5.5], [0.0, 0.6, 6.0]];
+    for moves in [&straights[..], &spins] {
+        let (wheels, poses) = drive_of(moves, 2.6);
+        let understood = of_one_clock(wheels.clone(), &poses);
+        assert_eq!((understood.runs.len(), understood.left_out.len()), (15, 0));
+        assert!(understood.clock.late_s.abs() < 1e-3, "{:?}", understood.clock);
+        // What nobody can know is asked.
+        let is_straight = moves.len() == straights.len();
+        let [known, asked] = match is_straight {
+            true => [Hints { track_width_m: None, ..hints() }, hints()],
+            false => [Hints { wheel_radius_m: None, ..hints() }, hints()],
+        };
+        let refused = understand(wheels.clone(), &poses, &known, true).unwrap_err().to_string();
+        let option = if is_straight { "add --track-width" } else { "add --wheel-radius" };
+        assert!(refused.contains(option), "{refused}");
+        assert!(understand(wheels, &poses, &asked, true).is_ok());
+    }
+}
+
+/// Before they are converted, positions in millimetres move by hundreds while the robot stands.
+#[test]
+fn a_robot_whose_positions_are_in_millimetres_is_not_carried() {
+    let (wheels, mut poses) = drive_of(&MOVES, 1.2);
+    let metres = of_one_clock(wheels.clone(), &poses);
+    for pose in &mut poses.poses {
+        pose.position_m = pose.position_m.map(|m| 1000.0 * m);
+    }
+    let understood = of_one_clock(wheels, &poses);
+    let begins = |of: &Understood| of.runs.iter().map(|run| run.begins).collect::<Vec<_>>();
+    assert_eq!(begins(&understood), begins(&metres));
+    assert!(notes(&understood).contains("1000"), "{}", notes(&understood));
+}
+
+#[test]
+fn a_tracker_whose_axes_lie_askew_to_the_floor_gives_the_same_runs() {
+    let (wheels, mut poses) = drive();
+    let level = of_one_clock(wheels.clone(), &poses);
+    let (sin, cos) = 0.35_f64.sin_cos();
+    let (half_sin, half_cos) = 0.175_f64.sin_cos();
+    for pose in &mut poses.poses {
+        let [x, y, z] = pose.position_m;
+        pose.position_m = [x, cos * y - sin * z, sin * y + cos * z];
+        let [_, _, qz, qw] = pose.orientation.unwrap();
+        pose.orientation = Some([half_sin * qw, -half_sin * qz, half_cos * qz, half_cos * qw]);
+    }
+    let understood = of_one_clock(wheels, &poses);
+    assert!(notes(&understood).contains("by 20.1 degrees: levelled"), "{}", notes(&understood));
+    for (a, b) in level.runs.iter().zip(&understood.runs) {
+        let apart = |run: &import::understand::RunUnderstood| {
+            let poses = &run.recording.measured_poses;
+            let [a, b] = [0, poses.len() / 2].map(|k| poses[k].position_m.unwrap());
+            (a[0] - b[0]).hypot(a[1] - b[1])
+        };
+        assert!((apart(a) - apart(b)).abs() < 2e-4, "{} {}", apart(a), apart(b));
+    }
+}
+
+/// Half an hour of one robot, and the poses of another one: at some lag a part of both looks alike.
+#[test]
+fn poses_of_another_drive_are_no_poses_of_this_one() {
+    let (wheels, _) = drive();
+    let others = [
+        [[0.0, 0.7, 6.0], [0.2, 0.0, 3.0], [0.3, -0.5, 4.0]],
+        [[0.3, 0.0, 2.0], [0.3, 0.4, 7.0], [0.0, -1.2, 4.0]],
+        [[-0.2, 0.0, 7.0], [0.0, -0.9, 3.0], [0.15, 0.9, 5.0]],
+    ];
+    for moves in others {
+        let (_, poses) = drive_of(&moves, 3.1);
+        let told = understand(wheels.clone(), &poses, &hints(), true);
+        assert!(told.is_err(), "{:?}", told.map(|told| told.clock));
     }
 }
 

@@ -83,7 +83,7 @@ pub const ALL: &[Writing] = &[
     writing("export robot --to tum -o tum", &[RECORD]),
     Writing {
         writers: Writers::Alike,
-        ..writing("import runs.mcap -o again", &[RECORD, EXPORT_BAG])
+        ..writing("import runs.mcap -o again --track-width 37.2cm", &[RECORD, EXPORT_BAG])
     },
     locking("import runs.mcap -o robot --add", &[RECORD, EXPORT_BAG]),
     // The page is that of an earlier import until this one is complete.
@@ -94,7 +94,7 @@ pub const ALL: &[Writing] = &[
             &[
                 RECORD,
                 EXPORT_BAG,
-                "import runs.mcap -o again",
+                "import runs.mcap -o again --track-width 37.2cm",
                 "record robot straight 0.5m",
                 "export robot --to mcap -o more.mcap",
             ],
@@ -103,7 +103,7 @@ pub const ALL: &[Writing] = &[
     // By its name it is of that day, whenever its files were written.
     writing(
         "fleet robots -o fleet.html --table fleet.csv",
-        &[RECORD, EXPORT_BAG, "import runs.mcap -o robots/2025-03-01"],
+        &[RECORD, EXPORT_BAG, "import runs.mcap -o robots/2025-03-01 --track-width 37.2cm"],
     ),
     writing("key new new.key", &[]),
     writing(KEY_SET, &["config save --flash flash"]),

@@ -116,11 +116,11 @@ fn into(
 
 /// What a robot is called whose campaign has this folder: the innermost name that is not only a date.
 pub fn name_of(folder: &Path) -> Option<String> {
-    let names = folder.components().rev().filter_map(|part| match part {
+    let mut names = folder.components().rev().filter_map(|part| match part {
         Component::Normal(name) => Some(name.to_string_lossy().into_owned()),
         _ => None,
     });
-    names.filter(|name| name.chars().any(char::is_alphabetic)).next()
+    names.find(|name| name.chars().any(char::is_alphabetic))
 }
 
 /// The robot of a folder that has one.

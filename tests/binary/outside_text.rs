@@ -46,7 +46,32 @@ fn add(temp: &TempFolder, file: &str, text: &str) {
 
 const RUN: &str = "robot/runs/01_straight.csv";
 
-const SOURCES: [Source; 14] = [
+/// A straight drive as a bag, with names of the sender's own: of the topic with poses, and of the joints.
+fn bag([topic, joint]: [&str; 2]) -> Vec<u8> {
+    let mut bag = BagWriter::new(Vec::new()).unwrap();
+    let joints = bag.channel("/joints", "sensor_msgs/msg/JointState", "");
+    let poses = bag.channel(topic, "geometry_msgs/msg/PoseStamped", "");
+    let names = ["left", "right"].map(|side| format!("{side}{joint}"));
+    for k in 0..400 {
+        let t_s = 1.0 + 0.02 * f64::from(k);
+        // Two seconds at rest at both ends.
+        let turned_rad = 0.16 * f64::from((k - 100).clamp(0, 200));
+        let turned = names.each_ref().map(|name| (name.as_str(), turned_rad));
+        bag.message(joints, t_s, &encode_joints(t_s, &turned)).unwrap();
+        let position_m = [0.036 * turned_rad, 0.0, 0.0];
+        let pose = Pose3 { t_s, position_m, orientation: Some([0.0, 0.0, 0.0, 1.0]) };
+        bag.message(poses, t_s, &encode_pose("map", &pose)).unwrap();
+    }
+    bag.finish().unwrap()
+}
+
+fn put_bag(temp: &TempFolder, names: [&str; 2]) {
+    std::fs::write(temp.path("evil.mcap"), bag(names)).unwrap();
+}
+
+const SOURCES: [Source; 16] = [
+    ("a topic of a bag", |temp| put_bag(temp, [EVIL, ""])),
+    ("a joint of a bag", |temp| put_bag(temp, ["/poses", EVIL])),
     ("a column's name", |temp| {
         let column = format!("\"{}\"", EVIL.replace('"', "\"\""));
         edit(temp, RUN, |text| {
@@ -112,7 +137,7 @@ const SOURCES: [Source; 14] = [
 ];
 
 /// Where it goes.
-const SINKS: [&str; 10] = [
+const SINKS: [&str; 20] = [
     "compare robot",
     "compare robot --json",
     "explain robot",
@@ -123,7 +148,20 @@ const SINKS: [&str; 10] = [
     "identify --flash flash",
     "identify --flash flash --json",
     "identify --port sim:evil.toml",
+    "export robot --to ros2",
+    "export robot --to turtlebot3",
+    "export robot --to linorobot2",
+    "export robot --to wpilib",
+    "export robot --to json",
+    "export robot --to csv",
+    "fleet robot -o fleet.html",
+    "fleet robot --json",
+    "import evil.mcap",
+    "import evil.mcap -o imported --wheel-radius 36mm --track-width 37.2cm",
 ];
+
+/// The pages that they write.
+const PAGES: [&str; 3] = ["page.html", "fleet.html", "imported/import.html"];
 
 /// The command as on a terminal, where codes are not taken out.
 fn on_terminal(temp: &TempFolder, arguments: &str) -> Outcome {
@@ -161,7 +199,8 @@ fn no_text_from_outside_is_obeyed_wherever_it_comes_from_and_goes() {
                 |word: &str, file: &str| !sink.contains(word) || temp.path(file).exists();
             if !is_given("plan.toml", "plan.toml")
                 || !is_given("flash", "flash")
-                || !is_given("evil", "evil.toml")
+                || !is_given("evil.toml", "evil.toml")
+                || !is_given("evil.mcap", "evil.mcap")
             {
                 continue;
             }
@@ -176,7 +215,8 @@ fn no_text_from_outside_is_obeyed_wherever_it_comes_from_and_goes() {
             if sink.contains("--json") {
                 outcome.json();
             }
-            let page = std::fs::read_to_string(temp.path("page.html")).unwrap_or_default();
+            let pages = PAGES.map(|page| std::fs::read_to_string(temp.path(page)));
+            let page = pages.into_iter().flatten().collect::<String>();
             assert_eq!(obeyed(&page), None, "{source} -> {sink}");
             assert!(!page.contains("<b>'"), "{source} -> {sink}");
             let all = outcome.stdout + &outcome.stderr + &page;

@@ -189,9 +189,10 @@ pub fn table(trajectories: &[Trajectory]) -> String {
                     predicted_t_s,predicted_x_m,predicted_y_m,predicted_heading_rad\n"
         .to_owned();
     for one in trajectories {
-        // A separator in the name of a file.
-        let run = format!("\"{}\"", one.run.replace('"', "\"\""));
-        let run = if one.run.contains([',', '"', '\n']) { &run } else { &one.run };
+        // The name of a file may have an end of a line in it, and a separator.
+        let name: String = one.run.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        let quoted = format!("\"{}\"", name.replace('"', "\"\""));
+        let run = if name.contains([',', '"']) { &quoted } else { &name };
         let wheels = one.wheels.iter().zip(&one.odometry).map(
             |((t_s, [left, right]), (_, [x, y, heading]))| {
                 (*t_s, format!("{left:.7},{right:.7},{x:.7},{y:.7},{heading:.7},,,,,,,"))

@@ -70,7 +70,7 @@ fn replace(disk: &dyn Disk, file: &Path, bytes: &[u8]) -> io::Result<()> {
 }
 
 /// Makes a new name survive a power failure: the list of names of its folder is synced as well.
-pub fn sync_folder(file: &Path) -> io::Result<()> {
+pub(crate) fn sync_folder(file: &Path) -> io::Result<()> {
     // Elsewhere a folder cannot be opened.
     if cfg!(unix) {
         match File::open(folder_of(file)).and_then(|folder| folder.sync_all()) {
@@ -118,10 +118,7 @@ pub(crate) fn write_next_on(
     file: &Path,
     bytes: &[u8],
 ) -> Result<bool, WriteError> {
-    let written = temporary(file, READABLE).and_then(|mut beside| {
-        disk.keep(beside.as_file_mut(), bytes)?;
-        Ok(beside)
-    });
+    let written = temporary(file, READABLE).and_then(|beside| kept(disk, beside, bytes));
     persist_new(written.map_err(WriteError)?, file)
 }
 
@@ -159,7 +156,10 @@ pub fn target(file: &Path) -> PathBuf {
 
 /// A temporary file beside `file` with these bytes, synced to the disk before it is renamed.
 fn with_bytes(disk: &dyn Disk, file: &Path, bytes: &[u8], mode: u32) -> io::Result<NamedTempFile> {
-    let mut beside = beside(file, mode)?;
+    kept(disk, beside(file, mode)?, bytes)
+}
+
+fn kept(disk: &dyn Disk, mut beside: NamedTempFile, bytes: &[u8]) -> io::Result<NamedTempFile> {
     disk.keep(beside.as_file_mut(), bytes)?;
     Ok(beside)
 }

@@ -71,7 +71,7 @@ impl NewFolder {
     /// Renames it to its place; false if something has come there meanwhile.
     pub fn persist(self) -> io::Result<bool> {
         match fs::rename(self.beside.path(), &self.folder) {
-            // The name that is removed is no more.
+            // Else its passing name would be removed, which somebody else may have by now.
             Ok(()) => self.beside.keep(),
             Err(_) if self.folder.exists() => return Ok(false),
             Err(error) => return Err(error),

@@ -103,6 +103,33 @@ fn no_run_is_overwritten() {
     assert_eq!(names, ["01_a.csv", "02_a.csv", "03_a.csv"]);
 }
 
+/// Somebody removed a run and left what `robot.toml` says of it: the next one does not get its number, and so not its facts.
+#[test]
+fn the_number_of_a_run_that_was_removed_is_not_given_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let facts = || RunFacts { payload_kg: Some(2.5), ..RunFacts::default() };
+    record(folder.path(), "a", facts());
+    fs::remove_file(record(folder.path(), "a", facts())).unwrap();
+    let names = |paths: Vec<std::path::PathBuf>| -> Vec<String> {
+        paths.iter().map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect()
+    };
+    assert_eq!(names(vec![record(folder.path(), "a", facts())]), ["03_a"]);
+    // Nor where many are announced at once; all of them have their facts, and none stays announced.
+    let writer = CampaignWriter::open(folder.path(), &robot()).unwrap();
+    let announced = ["b", "c"].map(|name| RunFacts { name: name.into(), ..facts() });
+    let mut announced = announced_runs::AnnouncedRuns::new(&writer, announced.into()).unwrap();
+    for name in ["b", "c"] {
+        let mut run = writer.draft_run(name, &[]);
+        (0..10).for_each(|i| run.push(&row(i)).unwrap());
+        announced.write(&run).unwrap();
+    }
+    assert_eq!(names(announced.finish().unwrap()), ["04_b", "05_c"]);
+    let toml = RobotFile::read(&folder.path().join("robot.toml")).unwrap();
+    let told: Vec<&str> = toml.runs.iter().map(|run| run.name.as_str()).collect();
+    assert_eq!(told, ["01_a", "02_a", "03_a", "04_b", "05_c"]);
+    assert!(toml.runs.iter().all(|run| run.payload_kg == Some(2.5) && !run.pending));
+}
+
 #[test]
 fn an_abandoned_run_leaves_nothing_behind() {
     let folder = tempfile::tempdir().unwrap();

@@ -55,8 +55,15 @@ pub fn write_with(
             error
         };
         let written = into(understood, new.path(), is_adding, &complete).map_err(of_its_place)?;
-        if new.persist().map_err(cannot)? {
-            return Ok(written);
+        match new.persist() {
+            Ok(true) => return Ok(written),
+            Ok(false) => {}
+            Err(cause) if folder.exists() => {
+                let problem =
+                    format!("it is written, and could not be synced to the disk ({cause})");
+                return Err(error(folder, problem, "check the disk: a power failure may undo it"));
+            }
+            Err(cause) => return Err(cannot(cause)),
         }
         // Somebody else has made it meanwhile.
     }
@@ -179,4 +186,23 @@ pub fn rows(recording: &Recording, supply_v: &[(f64, f64)], rad_per_count: f64) 
         true
     });
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_robot_is_named_after_its_folder_or_the_one_around_a_date() {
+        for (folder, name) in [
+            ("my-robot", Some("my-robot")),
+            ("fleet/robot3/2025-03-01", Some("robot3")),
+            ("./my-robot/.", Some("my-robot")),
+            ("/", None),
+            ("..", None),
+            ("2025-03-01", None),
+        ] {
+            assert_eq!(name_of(Path::new(folder)).as_deref(), name, "{folder}");
+        }
+    }
 }

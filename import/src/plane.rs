@@ -7,7 +7,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 
 use crate::log::{Pose3, PoseLog};
 
@@ -103,6 +103,8 @@ const LEVEL_TIMES: f64 = 2.0;
 /// Positions that lie further from the floor than this many times the median, and than this \[m\], are none.
 const OFF_TIMES: f64 = 5.0;
 const OFF_M: f64 = 2e-3;
+/// Three axes are found in a few rounds.
+const ROUNDS_MAX: usize = 1000;
 /// So many positions show where the floor is, of so large a share.
 const ON_FLOOR_MIN: (usize, f64) = (20, 0.7);
 
@@ -118,7 +120,9 @@ fn askew(poses: &[Pose3]) -> Option<(usize, Rotation3<f64>)> {
         let mean = on_floor.iter().sum::<Vector3<f64>>() / count;
         let squares: Matrix3<f64> =
             on_floor.iter().map(|at| (at - mean) * (at - mean).transpose()).sum();
-        let eigen = (squares / count).symmetric_eigen();
+        // Of a wild log squares may be no numbers: the search for axes ends all the same.
+        let axes = SymmetricEigen::try_new(squares / count, f64::EPSILON, ROUNDS_MAX);
+        let eigen = axes.filter(|axes| axes.eigenvalues.iter().all(|value| value.is_finite()))?;
         let mut order = [0, 1, 2];
         order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
         let spread = |k: usize| eigen.eigenvalues[order[k]].max(0.0).sqrt();
@@ -307,6 +311,19 @@ mod tests {
             assert!((apart_m(30, 62) - 2.0 * (32.0 * 0.05 / 2.0_f64).sin()).abs() < 1e-4);
         }
         assert_eq!(askew(&circle(2, [0.0, 0.0, 0.0, 1.0]).poses), None);
+    }
+
+    #[test]
+    fn wild_positions_have_no_floor_and_end() {
+        for wild in [f64::NAN, f64::INFINITY, -1e300, 1e154] {
+            for every in [1, 2, 50] {
+                let mut log = circle(2, [0.0, 0.0, 0.0, 1.0]);
+                for pose in log.poses.iter_mut().step_by(every) {
+                    pose.position_m = pose.position_m.map(|m| m * wild);
+                }
+                let _ended = flat(&log);
+            }
+        }
     }
 
     #[test]

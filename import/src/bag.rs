@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use campaign::CampaignError;
 
+use crate::joints::JointLog;
 use crate::log::{Note, Pose3, PoseLog, WheelLog, error, ordered};
 use crate::mcap;
 use crate::message::{FramedPose, JointState, Message, MessageType};
@@ -260,22 +261,27 @@ pub fn wheels(
     topic: &str,
     [left, right]: [&str; 2],
 ) -> Result<(WheelLog, Vec<Note>), CampaignError> {
-    let mut samples: Vec<(f64, [f64; 2])> = Vec::new();
-    let mut speeds: Vec<(f64, [f64; 2])> = Vec::new();
+    let (mut angles, mut rates) = (JointLog::default(), JointLog::default());
     let mut unstamped = 0;
     let mut notes = of_topic(files, topic, |message, log_time_s| {
         let Message::Joints(state) = message else { return };
         let (t_s, is_unstamped) = stamp_s(state.header.stamp_s, log_time_s);
         unstamped += usize::from(is_unstamped);
-        if let Some(angles) = pair(&state, &state.positions_rad, [left, right]) {
-            samples.push((t_s, angles));
-        } else if let Some(rates) = pair(&state, &state.speeds_rad_s, [left, right]) {
-            speeds.push((t_s, rates));
+        if !angles.add(t_s, of_joints(&state, &state.positions_rad, [left, right])) {
+            rates.add(t_s, of_joints(&state, &state.speeds_rad_s, [left, right]));
         }
     })?;
     let file = files.first().copied().unwrap_or(Path::new(""));
-    let is_of_speeds = samples.is_empty() && !speeds.is_empty();
-    let mut samples = if is_of_speeds { speeds } else { samples };
+    let is_of_speeds = !angles.has_both() && rates.has_both();
+    let joints = if is_of_speeds { rates } else { angles };
+    let is_apart = joints.both.is_empty();
+    let mut samples = joints.joined();
+    if is_apart && !samples.is_empty() {
+        let text = format!(
+            "{topic}: {left} and {right} come in messages of their own; {right} was interpolated at the times of {left}"
+        );
+        notes.push(Note::new(file, text));
+    }
     let said = ordered(
         &mut samples,
         |sample| sample.0,
@@ -294,13 +300,12 @@ pub fn wheels(
     Ok((WheelLog { file: file.into(), what, t_s, turned, ..WheelLog::default() }, notes))
 }
 
-/// The numbers of two joints.
-fn pair(state: &JointState<'_>, numbers: &[f64], wanted: [&str; 2]) -> Option<[f64; 2]> {
-    let of = |wanted: &str| {
+/// The numbers of two joints, as far as a message has them.
+fn of_joints(state: &JointState<'_>, numbers: &[f64], wanted: [&str; 2]) -> [Option<f64>; 2] {
+    wanted.map(|wanted| {
         let index = state.names.iter().position(|name| *name == wanted)?;
         numbers.get(index).copied()
-    };
-    Some([of(wanted[0])?, of(wanted[1])?])
+    })
 }
 
 /// Speeds become angles, by trapezia.

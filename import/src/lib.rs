@@ -26,13 +26,13 @@
 //! | --- | --- |
 //! | [`source`] | which files there are, and what of them is wheels and poses |
 //! | [`bag`], [`mcap`], [`sqlite`], [`received`] | ROS 2 bags: topics; the two formats of files; what both give |
-//! | [`message`], [`cdr`] | messages, and their encoding |
+//! | [`message`], [`cdr`], `joints` | messages, their encoding, and wheels of joint states |
 //! | [`odometry`], [`geometry`], [`controller_file`] | wheels of odometry; the numbers that it used, and where they are written |
 //! | [`text`], [`wpilog`] | tables and trajectories; data logs of WPILib |
 //! | [`log`] | what every source becomes |
 //! | [`understand`] | the whole of the way from two logs to runs |
 //! | [`turns`], [`plane`], `gyro` | wheels without wraps; poses on the floor; which axis of a gyro is up |
-//! | [`alignment`], [`cut`], [`mend`] | one clock; runs; axes and signs |
+//! | [`alignment`], [`cut`], [`mend`], `outliers` | one clock; runs; axes and signs; poses that are elsewhere |
 //! | [`mod@write`] | a campaign folder |
 //! | [`export`] | what goes back |
 
@@ -44,11 +44,13 @@ pub mod cut;
 pub mod export;
 pub mod geometry;
 mod gyro;
+mod joints;
 pub mod log;
 pub mod mcap;
 pub mod mend;
 pub mod message;
 pub mod odometry;
+mod outliers;
 pub mod plane;
 pub mod received;
 pub mod source;

@@ -22,7 +22,16 @@ const ROUNDS: usize = 4;
 /// Mends all runs alike; what was done, in words, and what is wrong with single runs.
 pub fn mend(campaign: &mut Campaign) -> Result<(Vec<String>, Vec<DataHypothesis>), Undecided> {
     let mut said = Vec::new();
-    if let Some(turned_rad) = marker_rad(&campaign.robot, &campaign.runs) {
+    let mut directions = Directions::of(&campaign.robot, &campaign.runs);
+    if directions.both_backwards() {
+        let wheels = campaign.runs.iter_mut().flat_map(|run| &mut run.wheels);
+        wheels.for_each(|sample| sample.phi_rad = sample.phi_rad.map(|phi| -phi));
+        said.push(
+            "by the poses' headings both wheels count backwards: their signs were changed".into(),
+        );
+        directions = Directions::of(&campaign.robot, &campaign.runs);
+    }
+    if let Some(turned_rad) = directions.marker_rad() {
         headings(&mut campaign.runs, |rad| rad - turned_rad);
         said.push(format!(
             "headings are turned by {:+.1} degrees from the direction of travel, as by a marker mounted at an angle: corrected",
@@ -62,10 +71,29 @@ const MARKER_MIN_RAD: f64 = 0.0175;
 const STRETCHES_MIN: usize = 4;
 const AGREE: f64 = 0.99;
 
-/// The angle from the direction of travel to the headings, if all straight stretches agree on one \[rad\].
-fn marker_rad(robot: &Robot, runs: &[Recording]) -> Option<f64> {
-    let mut angles_rad = Vec::new();
-    for run in runs {
+/// Both wheels count backwards if headings point so nearly against the direction of travel \[rad\], and turns are so surely
+/// turns the other way.
+const BACKWARDS_RAD: f64 = 0.35;
+const OPPOSITE: f64 = 0.9;
+
+/// Where the headings point, by the wheels.
+struct Directions {
+    /// From the direction of travel to the heading, on straight stretches \[rad\].
+    angles_rad: Vec<f64>,
+    /// Turns by the headings times turns by the wheels, and the squares of both \[rad^2\].
+    turns: [f64; 3],
+}
+
+impl Directions {
+    fn of(robot: &Robot, runs: &[Recording]) -> Self {
+        let mut directions = Self { angles_rad: Vec::new(), turns: [0.0; 3] };
+        for run in runs {
+            directions.add(robot, run);
+        }
+        directions
+    }
+
+    fn add(&mut self, robot: &Robot, run: &Recording) {
         let rolled_m = |t_s: f64| {
             let sample =
                 run.wheels.partition_point(|sample| sample.t_s < t_s).min(run.wheels.len() - 1);
@@ -80,7 +108,8 @@ fn marker_rad(robot: &Robot, runs: &[Recording]) -> Option<f64> {
             let (from_m, [x_m, y_m], from_rad) =
                 *from.get_or_insert((wheels_m, position_m, heading_rad));
             let travel = wheels_m.zip(from_m).map(|(to, from)| to - from);
-            let is_straight = (travel.difference() / robot.track_width_m).abs() < STRAIGHT_RAD;
+            let turn_rad = travel.difference() / robot.track_width_m;
+            let is_straight = turn_rad.abs() < STRAIGHT_RAD;
             let ahead_m = travel.mean();
             if is_straight && ahead_m.abs() < FAR_M {
                 continue;
@@ -90,18 +119,38 @@ fn marker_rad(robot: &Robot, runs: &[Recording]) -> Option<f64> {
                     (position_m[0] - x_m) * ahead_m.signum(),
                     (position_m[1] - y_m) * ahead_m.signum(),
                 );
-                angles_rad.push((heading_rad + from_rad) / 2.0 - dy_m.atan2(dx_m));
+                self.angles_rad.push((heading_rad + from_rad) / 2.0 - dy_m.atan2(dx_m));
+            } else {
+                let turned_rad = heading_rad - from_rad;
+                let [product, by_headings, by_wheels] = &mut self.turns;
+                *product += turned_rad * turn_rad;
+                *by_headings += turned_rad * turned_rad;
+                *by_wheels += turn_rad * turn_rad;
             }
             from = Some((wheels_m, position_m, heading_rad));
         }
     }
-    let (sin, cos) =
-        angles_rad.iter().fold((0.0, 0.0), |(sin, cos), rad| (sin + rad.sin(), cos + rad.cos()));
-    let agree = sin.hypot(cos) / angles_rad.len().max(1) as f64;
-    let turned_rad = sin.atan2(cos);
-    let is_clear =
-        angles_rad.len() >= STRETCHES_MIN && agree > AGREE && turned_rad.abs() > MARKER_MIN_RAD;
-    is_clear.then_some(turned_rad)
+
+    /// The angle from the direction of travel to the headings, if all straight stretches agree on one \[rad\].
+    fn marker_rad(&self) -> Option<f64> {
+        let angles_rad = &self.angles_rad;
+        let (sin, cos) = angles_rad
+            .iter()
+            .fold((0.0, 0.0), |(sin, cos), rad| (sin + rad.sin(), cos + rad.cos()));
+        let agree = sin.hypot(cos) / angles_rad.len().max(1) as f64;
+        let turned_rad = sin.atan2(cos);
+        let is_clear =
+            angles_rad.len() >= STRETCHES_MIN && agree > AGREE && turned_rad.abs() > MARKER_MIN_RAD;
+        is_clear.then_some(turned_rad)
+    }
+
+    /// Whether travel and turns both have the other sign: rather that of two counters than of a marker that sits back to front in
+    /// mirrored axes.
+    fn both_backwards(&self) -> bool {
+        let points_back = self.marker_rad().is_some_and(|rad| rad.abs() > PI - BACKWARDS_RAD);
+        let [product, by_headings, by_wheels] = self.turns;
+        points_back && product < -OPPOSITE * (by_headings * by_wheels).sqrt() && product < 0.0
+    }
 }
 
 fn mend_all(runs: &mut [Recording], found: &DataHypothesis) -> Result<String, Undecided> {
@@ -111,7 +160,8 @@ fn mend_all(runs: &mut [Recording], found: &DataHypothesis) -> Result<String, Un
             positions(runs, |[x, y]| [x, -y]);
             headings(runs, |rad| -rad);
             Ok("the tracker sees the robot turn the other way round than its wheels say: taken for axes that are mirrored, \
-                z downwards; if instead left and right are exchanged, import again with the wheels exchanged"
+                z downwards; if instead left and right are exchanged, import again with the wheels exchanged, and if both wheels count \
+                backwards, with their signs changed"
                 .into())
         }
         // Which way is forwards, the wheels say.

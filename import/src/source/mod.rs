@@ -342,7 +342,13 @@ impl Sources {
         for (name, topic) in self.bags().flat_map(|(_, inventory)| &inventory.topics) {
             for place in of_poses(name, topic) {
                 // What places the frame of odometry on a map is no pose of the robot either.
-                let odometry = matches!(&place, PosePlace::Transform { parent, child, .. } if is_odom(parent) || is_odom(child));
+                // Nor is odometry that is published again as poses, which gives its frame away.
+                let odometry = match &place {
+                    PosePlace::Transform { parent, child, .. } => is_odom(parent) || is_odom(child),
+                    PosePlace::Topic(_) => {
+                        topic.transforms.keys().any(|(parent, _)| is_odom(parent))
+                    }
+                };
                 let is_odometry = odometry || topic.kind() == Some(MessageType::Odometry);
                 places.push((place, is_odometry));
             }

@@ -25,6 +25,7 @@ use crate::cut::{Begins, CutOptions, Piece, ROLLED_MIN_RAD, cut};
 use crate::gyro::yaw_rates;
 use crate::log::{Note, PoseLog, WheelLog, error};
 use crate::mend::{mend, words};
+use crate::outliers::leave_out;
 use crate::plane::{FlatPose, flat};
 use crate::turns;
 pub use hints::Hints;
@@ -278,6 +279,7 @@ impl Understood {
             self.left_out.push(LeftOut { from_s, to_s: from_s + run.duration_s(), why });
         }
         campaign.runs.retain(|run| !faulty.contains(run.name.as_str()));
+        self.notes.extend(leave_out(&mut campaign).map(|said| Note::new(poses, said)));
         let aligned =
             if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
         drop(campaign);

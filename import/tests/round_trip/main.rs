@@ -2,6 +2,7 @@
 //! clock found.
 
 mod bad_input;
+mod odd_bags;
 mod odd_logs;
 #[expect(dead_code, reason = "the tests of the executable use the rest")]
 mod one_log;

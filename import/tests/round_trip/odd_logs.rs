@@ -1,11 +1,8 @@
 //! Logs as people have them: what is certain is mended and said, what may be either of two things is asked.
 
-use std::path::PathBuf;
+use std::f64::consts::TAU;
 
 use import::log::{Pose3, PoseLog, WheelLog};
-use import::mcap::BagWriter;
-use import::message::{encode_joints, encode_odometry, encode_pose};
-use import::source::{Choice, Sources};
 use import::understand::{Hints, Understood, understand};
 
 use crate::hints;
@@ -19,7 +16,7 @@ const MOVES: [[f64; 3]; 5] =
     [[0.3, 0.0, 5.0], [0.0, 1.0, 5.0], [-0.3, 0.0, 4.0], [0.25, 0.6, 6.0], [0.0, -1.0, 5.5]];
 
 /// Wheels in radians and poses, both at 50 Hz, of a robot whose right wheel is 0.6 % too large.
-fn drive() -> (WheelLog, PoseLog) {
+pub fn drive() -> (WheelLog, PoseLog) {
     drive_of(&MOVES, 2.6)
 }
 
@@ -54,7 +51,7 @@ fn drive_of(moves: &[[f64; 3]], stop_s: f64) -> (WheelLog, PoseLog) {
     (wheels, poses)
 }
 
-fn of_one_clock(wheels: WheelLog, poses: &PoseLog) -> Understood {
+pub fn of_one_clock(wheels: WheelLog, poses: &PoseLog) -> Understood {
     understand(wheels, poses, &hints(), true).unwrap_or_else(|error| panic!("{error}"))
 }
 
@@ -190,13 +187,74 @@ fn a_wheel_that_counts_backwards_is_found_though_going_looks_like_turning() {
     }
 }
 
+/// Not a tracker whose axes are mirrored, with a marker back to front.
+#[test]
+fn both_wheels_may_count_backwards() {
+    let (wheels, poses) = drive();
+    let as_it_is = of_one_clock(wheels.clone(), &poses);
+    let mut backwards = wheels.clone();
+    backwards.turned.iter_mut().flatten().for_each(|turned| *turned = -*turned);
+    let understood = of_one_clock(backwards, &poses);
+    assert!(notes(&understood).contains("both wheels count backwards"), "{}", notes(&understood));
+    for (a, b) in as_it_is.runs.iter().zip(&understood.runs) {
+        assert_eq!((&a.name, &a.recording.measured_poses), (&b.name, &b.recording.measured_poses));
+        assert_eq!(a.recording.wheels.len(), b.recording.wheels.len());
+    }
+    // A marker that sits back to front alone is one.
+    let mut turned = poses.clone();
+    for pose in &mut turned.poses {
+        pose.orientation = pose.orientation.map(|[x, y, sin, cos]| [x, y, cos, -sin]);
+    }
+    let understood = of_one_clock(wheels, &turned);
+    assert!(notes(&understood).contains("headings are turned by"), "{}", notes(&understood));
+    assert!(!notes(&understood).contains("both wheels"), "{}", notes(&understood));
+}
+
+#[test]
+fn single_poses_elsewhere_or_back_to_front_are_left_out_and_said() {
+    let (wheels, poses) = drive();
+    let as_it_is = of_one_clock(wheels.clone(), &poses);
+    let mut wild = poses.clone();
+    for (k, pose) in wild.poses.iter_mut().enumerate() {
+        match k % 301 {
+            100 => pose.position_m[0] += 0.5,
+            // Two frames, to one place.
+            200 | 201 => pose.position_m[1] -= 0.06,
+            // About z by half a turn.
+            250 => pose.orientation = pose.orientation.map(|[x, y, sin, cos]| [x, y, cos, -sin]),
+            _ => {}
+        }
+    }
+    let understood = of_one_clock(wheels, &wild);
+    let said = notes(&understood);
+    assert!(said.contains("poses lie elsewhere than those before and after: left out"), "{said}");
+    assert_eq!(understood.runs.len(), as_it_is.runs.len());
+    let mut left_out = 0;
+    for (a, b) in as_it_is.runs.iter().zip(&understood.runs) {
+        let [sound, kept] = [a, b].map(|run| &run.recording.measured_poses);
+        left_out += sound.len() - kept.len();
+        // A turn more in all of a run is none.
+        let whole_rad = sound[0].heading_rad.unwrap() - kept[0].heading_rad.unwrap();
+        let whole_rad = TAU * (whole_rad / TAU).round();
+        for pose in kept {
+            let t_s = b.started_s - a.started_s + pose.t_s;
+            let Some(same) = sound.iter().find(|same| (same.t_s - t_s).abs() < 1e-3) else {
+                continue;
+            };
+            let [at, there] = [same, pose].map(|pose| pose.position_m.unwrap());
+            let turned_rad = same.heading_rad.unwrap() - pose.heading_rad.unwrap() - whole_rad;
+            assert!((at[0] - there[0]).hypot(at[1] - there[1]) < 1e-3, "{same:?} {pose:?}");
+            assert!(turned_rad.abs() < 1e-3, "{same:?} {pose:?}");
+        }
+    }
+    assert!(left_out > 40, "{left_out}");
+}
+
 #[test]
 fn wheels_in_degrees_turns_or_metres_are_converted_by_the_radius() {
-    for (name, unit) in [
-        ("degrees", std::f64::consts::PI / 180.0),
-        ("turns", std::f64::consts::TAU),
-        ("metres", 1.0 / RADIUS_M),
-    ] {
+    for (name, unit) in
+        [("degrees", std::f64::consts::PI / 180.0), ("turns", TAU), ("metres", 1.0 / RADIUS_M)]
+    {
         let (mut wheels, poses) = drive();
         wheels.turned.iter_mut().flatten().for_each(|number| *number /= unit);
         let understood = of_one_clock(wheels, &poses);
@@ -236,71 +294,4 @@ fn poses_of_another_drive_with_the_same_motions_are_an_error() {
     poses.poses.reverse();
     let error = understand(wheels, &poses, &hints(), true).unwrap_err().to_string();
     assert!(error.contains("no motion in common") || error.contains("repeats itself"), "{error}");
-}
-
-/// A bag of two robots, each under a name of its own, with odometry and where it is on a map.
-fn two_robots(folder: &std::path::Path) -> PathBuf {
-    let mut bag = BagWriter::new(Vec::new()).unwrap();
-    let (wheels, poses) = drive();
-    for (robot, until) in [("/robot1", 400), ("/robot2", 1000)] {
-        let joints =
-            bag.channel(&format!("{robot}/joint_states"), "sensor_msgs/msg/JointState", "");
-        let measured = bag.channel(&format!("{robot}/pose"), "geometry_msgs/msg/PoseStamped", "");
-        let odometry = bag.channel(&format!("{robot}/odom"), "nav_msgs/msg/Odometry", "");
-        for k in 0..until {
-            let (t_s, [left, right], pose) = (wheels.t_s[k], wheels.turned[k], poses.poses[k]);
-            // In another order in each message.
-            let mut names = [("wheel_left_joint", left), ("wheel_right_joint", right)];
-            if k % 2 == 1 {
-                names.reverse();
-            }
-            bag.message(joints, t_s, &encode_joints(t_s, &names)).unwrap();
-            bag.message(measured, t_s, &encode_pose("map", &pose)).unwrap();
-            let bytes = encode_odometry(["odom", "base"], &pose, [0.0; 2]);
-            bag.message(odometry, t_s, &bytes).unwrap();
-        }
-    }
-    let file = folder.join("two.mcap");
-    std::fs::write(&file, bag.finish().unwrap()).unwrap();
-    file
-}
-
-#[test]
-fn of_two_robots_with_the_same_joints_one_is_chosen_by_its_topic() {
-    let folder = tempfile::tempdir().unwrap();
-    let sources = Sources::open(&[two_robots(folder.path())], &[]).unwrap();
-    let named = |left: &str| Some([left.to_owned(), "wheel_right_joint".to_owned()]);
-    let pose = Some("/robot2/pose".to_owned());
-    let both =
-        Choice { wheels: named("wheel_left_joint"), pose: pose.clone(), ..Choice::default() };
-    for choice in [&both, &Choice::default()] {
-        let error = sources.choose(choice).unwrap_err().to_string();
-        let option = "--wheels /robot2/joint_states:wheel_left_joint,wheel_right_joint";
-        assert!(error.contains("more than one thing") && error.contains(option), "{error}");
-    }
-    let one = named("/robot2/joint_states:wheel_left_joint");
-    let chosen = sources.choose(&Choice { wheels: one, pose, ..Choice::default() }).unwrap();
-    assert_eq!((chosen.wheels.t_s.len(), chosen.poses.poses.len()), (1000, 1000));
-    assert_eq!(chosen.wheels.turned, drive().0.turned[..1000]);
-}
-
-#[test]
-fn poses_that_may_come_from_the_wheels_are_taken_with_a_warning_and_only_if_they_are_named() {
-    let folder = tempfile::tempdir().unwrap();
-    let sources = Sources::open(&[two_robots(folder.path())], &[]).unwrap();
-    let wheels =
-        Some(["/robot1/joint_states:wheel_left_joint", "wheel_right_joint"].map(String::from));
-    let of = |pose: &str| Choice {
-        pose: Some(pose.into()),
-        wheels: wheels.clone(),
-        ..Choice::default()
-    };
-    let warned = |pose: &str| {
-        let notes = sources.choose(&of(pose)).unwrap().notes;
-        notes
-            .iter()
-            .any(|note| note.text.contains("they agree with the wheels where these are wrong"))
-    };
-    assert!(warned("/robot1/odom"));
-    assert!(!warned("/robot1/pose"));
 }

@@ -51,4 +51,4 @@ pub use data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 pub use end_pose::{OffEndPose, implausible_end_pose};
 pub use heading_marker::heading_offset;
 pub use hypotheses::data_hypotheses;
-pub use position_outliers::{Spike, spike};
+pub use position_outliers::{Spike, outliers_s, spike};

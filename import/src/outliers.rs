@@ -1,0 +1,35 @@
+//! Leaves out single poses that are elsewhere, and says so.
+
+use robot_model::checks::outliers_s;
+use robot_model::recording::Campaign;
+
+use std::f64::consts::TAU;
+
+/// Leaves out poses that are elsewhere for a frame or a few; what was done, in words. Positions are in metres by now, and clocks
+/// together roughly.
+pub fn leave_out(campaign: &mut Campaign) -> Option<String> {
+    let (mut all, mut left_out) = (0, 0);
+    for run in &mut campaign.runs {
+        all += run.measured_poses.len();
+        let times_s = outliers_s(&campaign.robot, run);
+        if times_s.is_empty() {
+            continue;
+        }
+        left_out += times_s.len();
+        let is_sound = |t_s: f64| times_s.binary_search_by(|other| other.total_cmp(&t_s)).is_err();
+        run.measured_poses.retain(|pose| is_sound(pose.t_s));
+        // A heading that was turned away and back may have come back with a turn more.
+        let mut before_rad = None;
+        for heading_rad in
+            run.measured_poses.iter_mut().filter_map(|pose| pose.heading_rad.as_mut())
+        {
+            let before = *before_rad.get_or_insert(*heading_rad);
+            *heading_rad += TAU * ((before - *heading_rad) / TAU).round();
+            before_rad = Some(*heading_rad);
+        }
+    }
+    let are = if left_out == 1 { "lies" } else { "lie" };
+    (left_out > 0).then(|| {
+        format!("{left_out} of {all} poses {are} elsewhere than those before and after: left out")
+    })
+}

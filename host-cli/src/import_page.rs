@@ -44,7 +44,6 @@ pub fn page(understood: &Understood, names: &[String]) -> String {
         html.push_str("</ul>\n");
     }
     if let Some((speeds, alignment)) = &understood.speeds {
-        let shifted = speeds[1].start_s - understood.clock.late_s;
         let scales = [alignment.travel_per_unit, alignment.turn_per_unit];
         for (axis, what) in [(0, "Speed, m/s"), (1, "Turn rate, rad/s")] {
             let Some(scale) = scales[axis] else { continue };
@@ -52,7 +51,7 @@ pub fn page(understood: &Understood, names: &[String]) -> String {
                 html,
                 "<h2>{what}: by the <span class=\"before\">wheels</span>, by the <span class=\"after\">poses</span>, runs shaded</h2>"
             );
-            over_time(&mut html, understood, speeds, (axis, scale, shifted));
+            over_time(&mut html, understood, speeds, (axis, scale));
         }
     }
     html.push_str("<h2>The path, as measured</h2>\n");
@@ -82,7 +81,12 @@ pub fn clock(understood: &Understood) -> String {
         String::new()
     };
     let by_run = if clock.differs_by_run { ", and runs differ" } else { "" };
-    format!("{apart}{sigma}{by_run}: corrected")
+    let drift = match clock.drift {
+        0.0 => String::new(),
+        drift if drift > 0.0 => format!(", and their clock runs {:.0} ppm fast", drift * 1e6),
+        drift => format!(", and their clock runs {:.0} ppm slow", -drift * 1e6),
+    };
+    format!("{apart}{sigma}{drift}{by_run}: corrected")
 }
 
 /// Both speeds over the time of the log.
@@ -90,14 +94,14 @@ fn over_time(
     html: &mut String,
     understood: &Understood,
     speeds: &[Speeds; 2],
-    (axis, scale, shifted_s): (usize, f64, f64),
+    (axis, scale): (usize, f64),
 ) {
-    let begin_s = speeds[0].start_s.min(shifted_s);
-    let end = |speeds: &Speeds, start_s: f64| start_s + speeds.values.len() as f64 * speeds.step_s;
-    let end_s = end(&speeds[0], speeds[0].start_s).max(end(&speeds[1], shifted_s));
+    let begin_s = speeds[0].start_s.min(speeds[1].start_s);
+    let end = |speeds: &Speeds| speeds.start_s + speeds.values.len() as f64 * speeds.step_s;
+    let end_s = end(&speeds[0]).max(end(&speeds[1]));
     let lines = [
         points(&speeds[0], speeds[0].start_s - begin_s, axis, scale),
-        points(&speeds[1], shifted_s - begin_s, axis, 1.0),
+        points(&speeds[1], speeds[1].start_s - begin_s, axis, 1.0),
     ];
     let most = lines
         .iter()

@@ -223,7 +223,11 @@ fn to_json(understood: &Understood, names: &[String]) -> Value {
     });
     json!({
         "schema": 1,
-        "clock": { "late_s": understood.clock.late_s, "sigma_s": understood.clock.sigma_s },
+        "clock": {
+            "late_s": understood.clock.late_s,
+            "drift": understood.clock.drift,
+            "sigma_s": understood.clock.sigma_s,
+        },
         "robot": {
             "wheel_radius_m": robot.wheel_radius_m,
             "track_width_m": robot.track_width_m,

@@ -30,7 +30,7 @@ use crate::plane::{FlatPose, flat};
 use crate::turns;
 pub use hints::Hints;
 use nominal::{in_radians, robot, units_per_m};
-use speed_alignment::aligned_by_speed;
+use speed_alignment::{aligned_by_speed, speeds_together};
 
 /// A log, understood.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ pub struct Understood {
     pub clock: ClockUnderstood,
     /// What else a user should know.
     pub notes: Vec<Note>,
-    /// Speeds of wheels and poses before their clocks were brought together, and what makes metres of those of the wheels.
+    /// Speeds of wheels and poses on the clock of the wheels, and what makes metres of those of the wheels.
     pub speeds: Option<([Speeds; 2], Alignment)>,
 }
 
@@ -82,8 +82,10 @@ pub struct LeftOut {
 /// How the clocks of wheels and poses go together.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClockUnderstood {
-    /// How late the poses are: their time less that of the wheels \[s\].
+    /// How late the poses are: their time less that of the wheels, in the middle of the log \[s\].
     pub late_s: f64,
+    /// By which share their clock runs faster than that of the wheels, where that shows before runs are looked at.
+    pub drift: f64,
     /// Its standard error \[s\]; zero if both were taken for one clock.
     pub sigma_s: f64,
     /// Runs had offsets of their own, or clocks of different rates.
@@ -134,9 +136,13 @@ pub fn understand(
     notes.extend(flat.said.drain(..).map(|said| Note::new(&poses.file, said)));
     let (speeds, alignment, said) = aligned_by_speed(&mut wheels, poses, &flat.poses, hints)?;
     notes.extend(said);
-    let are_related = same_clock && alignment.late_s.abs() < DELAY_MAX_S;
-    let late_s = if are_related { 0.0 } else { alignment.late_s };
-    flat.poses.iter_mut().for_each(|pose| pose.t_s -= late_s);
+    let are_related = same_clock && alignment.late_s.abs() < DELAY_MAX_S && alignment.drift == 0.0;
+    let (late_s, drift) =
+        if are_related { (0.0, 0.0) } else { (alignment.late_s, alignment.drift) };
+    if !are_related {
+        flat.poses.iter_mut().for_each(|pose| pose.t_s = alignment.by_wheels_s(pose.t_s));
+    }
+    let speeds = speeds_together(speeds, &alignment, late_s);
     let (robot, is_estimated) = robot(&wheels, poses, hints, counts_per_rev, &alignment)?;
     let options = CutOptions { units_per_m: units_per_m(&alignment, hints), ..hints.cut };
     let pieces = cut(&wheels.t_s, &wheels.turned, &flat.poses, options);
@@ -152,7 +158,7 @@ pub fn understand(
         is_estimated,
         runs: Vec::new(),
         left_out: Vec::new(),
-        clock: ClockUnderstood { late_s, sigma_s: 0.0, differs_by_run: false },
+        clock: ClockUnderstood { late_s, drift, sigma_s: 0.0, differs_by_run: false },
         notes,
         speeds: Some((speeds, alignment)),
     };

@@ -33,6 +33,21 @@ pub(super) fn aligned_by_speed(
     Ok((speeds, alignment, Some(Note::new(&wheels.file, text))))
 }
 
+/// Speeds on the clock of the wheels, by which the poses are so late \[s\].
+pub(super) fn speeds_together(
+    [wheels, mut poses]: [Speeds; 2],
+    alignment: &Alignment,
+    late_s: f64,
+) -> [Speeds; 2] {
+    if alignment.drift == 0.0 {
+        poses.start_s -= late_s;
+    } else {
+        poses.start_s = alignment.by_wheels_s(poses.start_s);
+        poses.step_s *= 1.0 - alignment.drift;
+    }
+    [wheels, poses]
+}
+
 fn not_aligned(wheels: &WheelLog, poses: &PoseLog, why: AlignError) -> CampaignError {
     let (of_wheels, of_poses) = (&wheels.what, &poses.what);
     match why {

@@ -22,10 +22,15 @@ pub fn drive() -> (WheelLog, PoseLog) {
 
 /// The same with other moves, and stops that take so long and longer \[s\].
 fn drive_of(moves: &[[f64; 3]], stop_s: f64) -> (WheelLog, PoseLog) {
+    long_drive(moves, stop_s, 15)
+}
+
+/// So many moves, again and again.
+fn long_drive(moves: &[[f64; 3]], stop_s: f64, count: usize) -> (WheelLog, PoseLog) {
     const STEP_S: f64 = 0.02;
     let (mut wheels, mut poses) = (WheelLog::default(), PoseLog::default());
     let ([mut x_m, mut y_m], mut heading_rad, mut turned) = ([0.0; 2], 0.0_f64, [0.0; 2]);
-    for (number, [travel, turn, time_s]) in moves.iter().cycle().take(15).enumerate() {
+    for (number, [travel, turn, time_s]) in moves.iter().cycle().take(count).enumerate() {
         let stop_s = stop_s + 0.13 * (number % 5) as f64;
         for step in 0..((time_s + stop_s) / STEP_S) as usize {
             let at_s = step as f64 * STEP_S;
@@ -294,4 +299,30 @@ fn poses_of_another_drive_with_the_same_motions_are_an_error() {
     poses.poses.reverse();
     let error = understand(wheels, &poses, &hints(), true).unwrap_err().to_string();
     assert!(error.contains("no motion in common") || error.contains("repeats itself"), "{error}");
+}
+
+/// An hour of a drive that repeats itself is cut into the same runs, and a controller's clock may have no crystal.
+#[test]
+fn clocks_may_drift_apart_by_more_than_a_drive_takes_to_repeat_itself() {
+    for (count, ppm) in [(15, 10_000.0), (80, -5000.0), (400, 200.0), (400, 2000.0)] {
+        let (wheels, mut poses) = long_drive(&MOVES, 2.6, count);
+        let (begin_s, end_s) = (wheels.t_s[0], wheels.t_s[wheels.t_s.len() - 1]);
+        for pose in &mut poses.poses {
+            pose.t_s = begin_s + 17.0 + (pose.t_s - begin_s) * (1.0 + 1e-6 * ppm);
+        }
+        let understood = understand(wheels, &poses, &hints(), false)
+            .unwrap_or_else(|error| panic!("{count} runs, {ppm} ppm: {error}"));
+        assert_eq!((understood.runs.len(), understood.left_out.len()), (count, 0));
+        // Half a step of the grid at either end is left to the runs.
+        let off_s = (understood.clock.drift - 1e-6 * ppm) * (end_s - begin_s) / 2.0;
+        assert!(off_s.abs() < 0.05, "{ppm}: {:?}", understood.clock);
+        for run in [0, count / 2, count - 1].map(|run| &understood.runs[run].recording) {
+            let last = run.wheels[run.wheels.len() - 1].phi_rad;
+            let turned_rad = (last.right - run.wheels[0].phi_rad.right) * 1.006
+                - (last.left - run.wheels[0].phi_rad.left);
+            let (from, to) = (&run.measured_poses[0], run.measured_poses.last().unwrap());
+            let measured_rad = to.heading_rad.unwrap() - from.heading_rad.unwrap();
+            assert!((measured_rad - turned_rad * RADIUS_M / WIDTH_M).abs() < 0.01, "{ppm} {run:?}");
+        }
+    }
 }

@@ -5,6 +5,9 @@ use robot_model::recording::Campaign;
 
 use std::f64::consts::TAU;
 
+/// More of a run's poses than this share are no outliers, but something else.
+const SHARE_MAX: f64 = 0.1;
+
 /// Leaves out poses that are elsewhere for a frame or a few; what was done, in words. Positions are in metres by now, and clocks
 /// together roughly.
 pub fn leave_out(campaign: &mut Campaign) -> Option<String> {
@@ -12,7 +15,8 @@ pub fn leave_out(campaign: &mut Campaign) -> Option<String> {
     for run in &mut campaign.runs {
         all += run.measured_poses.len();
         let times_s = outliers_s(&campaign.robot, run);
-        if times_s.is_empty() {
+        let share = times_s.len() as f64 / run.measured_poses.len().max(1) as f64;
+        if times_s.is_empty() || share > SHARE_MAX {
             continue;
         }
         left_out += times_s.len();

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::Path;
 
-use campaign::{Campaign, Column};
+use campaign::{Campaign, Column, Row};
 use import::geometry::Geometry;
 use import::log::Pose3;
 use import::mcap::{BagWriter, ChannelId};
@@ -81,19 +81,12 @@ impl OneLog {
         {
             let after = log.wheels.last().map_or(EPOCH_S, |(t_s, _)| t_s + BETWEEN_S);
             let start_s = run.facts.started_s.map_or(after, |started_s| EPOCH_S + started_s);
-            log.stand_until(
-                start_s,
-                late_s,
-                &run.rows
-                    .iter()
-                    .find_map(|row| {
-                        Some((
-                            [row.get(Column::X)?, row.get(Column::Y)?],
-                            row.get(Column::Heading)?,
-                        ))
-                    })
-                    .unwrap(),
-            );
+            let seen = |row: &Row| {
+                let position_m = [row.get(Column::X)?, row.get(Column::Y)?];
+                let heading_rad = row.get(Column::Heading)?;
+                Some(view(start_s + row.t_s + late_s, position_m, heading_rad))
+            };
+            log.stand_until(start_s, late_s, &run.rows.iter().find_map(seen).unwrap());
             let mut first = None;
             for row in &run.rows {
                 let t_s = start_s + row.t_s;
@@ -103,11 +96,7 @@ impl OneLog {
                     log.wheels.push((t_s, counts));
                 }
                 log.yaw_rates.extend(row.gyro_z_rad_s.map(|rate_rad_s| (t_s, rate_rad_s)));
-                if let (Some(x), Some(y), Some(heading)) =
-                    (row.get(Column::X), row.get(Column::Y), row.get(Column::Heading))
-                {
-                    log.poses.push(view(t_s + late_s, [x, y], heading));
-                }
+                log.poses.extend(seen(row));
             }
             counted = log.wheels[log.wheels.len() - 1].1;
         }
@@ -118,12 +107,7 @@ impl OneLog {
     }
 
     /// The robot stands where it is, is carried in the middle of the time, and stands at its next mark.
-    fn stand_until(
-        &mut self,
-        until_s: f64,
-        late_s: f64,
-        (position_m, heading_rad): &([f64; 2], f64),
-    ) {
+    fn stand_until(&mut self, until_s: f64, late_s: f64, there: &Pose3) {
         let (Some((from_s, counts)), Some(here)) =
             (self.wheels.last().copied(), self.poses.last().copied())
         else {
@@ -133,13 +117,11 @@ impl OneLog {
         for step in 1..steps {
             let t_s = from_s + step as f64 * IDLE_S;
             self.wheels.push((t_s, counts));
-            if step % 2 == 0 && t_s + late_s > here.t_s && t_s < until_s - 0.2 {
-                let there = view(t_s + late_s, *position_m, *heading_rad);
-                self.poses.push(if 2 * step < steps {
-                    Pose3 { t_s: t_s + late_s, ..here }
-                } else {
-                    there
-                });
+            // Of a run whose tracker has a clock of its own, poses may begin before the wheels do, and end after them.
+            let seen_s = t_s + late_s;
+            if step % 2 == 0 && seen_s > here.t_s && seen_s < there.t_s - 0.2 {
+                let seen = if 2 * step < steps { here } else { *there };
+                self.poses.push(Pose3 { t_s: seen_s, ..seen });
             }
         }
     }

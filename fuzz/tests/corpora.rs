@@ -11,6 +11,7 @@ use beeline_fuzz::target::{TARGETS, Target};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+/// Unless `BEELINE_FUZZ_SEED` is another one.
 const SEED: u64 = 16;
 
 /// Changed inputs for each target, unless `BEELINE_FUZZ_CHANGES` says how many. Those that simulate a robot take a thousand
@@ -76,7 +77,9 @@ fn replay(target: &Target) {
     let all = inputs(target.name);
     assert!(!all.is_empty(), "{} has no corpus", target.name);
     all.iter().for_each(|input| run(target, input));
-    let mut random = ChaCha8Rng::seed_from_u64(SEED);
+    let by_hand = std::env::var("BEELINE_FUZZ_SEED").ok();
+    let seed = by_hand.map_or(SEED, |seed| seed.parse().expect("BEELINE_FUZZ_SEED is a number"));
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
     for _ in 0..changed(target) {
         let mut input = all[random.random_range(0..all.len())].clone();
         for _ in 0..random.random_range(1..5) {

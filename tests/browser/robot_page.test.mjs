@@ -10,14 +10,20 @@ import { at, beeline, launch, openPage, pictures } from './page.mjs';
 
 // Whatever hangs must not hang for ever.
 const LIMIT = { timeout: 120_000 };
+// So often a key is pressed until the robot drives.
+const ATTEMPTS = 8;
 
 let folder;
 let browser;
 let robot;
+// What a test that fails leaves behind.
+const children = [];
+const browsers = [];
 
 /** A command, and the first line that it prints, as JSON. */
 async function started(...args) {
   const child = spawn(beeline, [...args, '--json'], { ...at(folder), stdio: ['ignore', 'pipe', 'inherit'] });
+  children.push(child);
   const lines = createInterface(child.stdout);
   const [first] = await new Promise((found) => lines.once('line', (...line) => found(line)));
   const value = JSON.parse(first);
@@ -49,16 +55,22 @@ async function watch(port) {
   };
 }
 
+/** A browser that is closed at the end. */
+async function another() {
+  browsers.push(await launch());
+  return browsers.at(-1);
+}
+
 before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'beeline-'));
-  browser = await launch();
+  browser = await another();
   // A robot of its own process: what becomes of the page's server does not touch it.
   robot = await started('sim', '--listen', 'tcp:127.0.0.1:0');
 });
 
 after(async () => {
-  await browser.close();
-  robot.child.kill();
+  children.forEach((child) => child.kill());
+  await Promise.all(browsers.map((each) => each.close()));
   rmSync(folder, { recursive: true });
 });
 
@@ -126,12 +138,16 @@ async function deadMan(name, gone, times = 5) {
   for (let time = 0; time < times; time += 1) {
     const { child, first } = await serve(port());
     const others = renderers();
-    const own = await launch();
+    const own = await another();
     const { page } = await openPage(own, first.link);
     await isState(page, 'idle');
     const seen = await watch(port());
     // A machine that is busy may hold the page up, and the robot brakes: the key is pressed again.
-    for (let fast = null; fast === null; ) {
+    let fast = null;
+    for (let attempt = 0; fast === null; attempt += 1) {
+      const { state, wheels } = seen.frame();
+      const shown = attempt === ATTEMPTS && (await page.textContent('main'));
+      assert.ok(attempt < ATTEMPTS, `${name}: the robot never gets fast; it is ${state} at ${wheels?.left.speed_um_s} um/s, and the page says: ${shown}`);
       await page.keyboard.up('ArrowUp');
       await page.keyboard.down('ArrowUp');
       fast = await seen.until((frame) => frame.state === 'driving' && frame.wheels.left.speed_um_s > 80_000, 3000);
@@ -169,7 +185,7 @@ test('two pages and another program watch one drive; only one drives', LIMIT, as
   const driver = await openPage(browser, first.link);
   const other = await serve(port());
   // A window of its own: a tab that nobody sees gives its stream back.
-  const second = await launch();
+  const second = await another();
   const watcher = await openPage(second, other.first.link);
   await Promise.all([driver, watcher].map(({ page }) => isState(page, 'idle')));
   await driver.page.fill('#distance', '0.6');

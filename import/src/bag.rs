@@ -304,7 +304,8 @@ pub fn wheels(
 fn of_joints(state: &JointState<'_>, numbers: &[f64], wanted: [&str; 2]) -> [Option<f64>; 2] {
     wanted.map(|wanted| {
         let index = state.names.iter().position(|name| *name == wanted)?;
-        numbers.get(index).copied()
+        // Where speeds are all that is known, some write angles that are no numbers.
+        numbers.get(index).copied().filter(|number| number.is_finite())
     })
 }
 

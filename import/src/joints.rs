@@ -1,6 +1,6 @@
 //! Two joints over time, whether their numbers come together or each in messages of its own.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// The numbers of two joints, as they came.
 #[derive(Clone, Debug, Default)]
@@ -11,8 +11,12 @@ pub(crate) struct JointLog {
     alone: [Vec<(f64, f64)>; 2],
 }
 
-/// An angle that changes by more between two messages has gone round \[rad\].
+/// An angle that stays within a turn has gone round if it changes by more between two messages \[rad\].
 const STEP_MAX: f64 = PI;
+const WITHIN: f64 = TAU + 1e-2;
+/// Between messages that are further apart than this \[s\], and so many times as far as usual, nothing is known.
+const GAP_S: f64 = 0.3;
+const GAP_TIMES: f64 = 3.0;
 
 impl JointLog {
     /// Adds what a message has of them; whether it has any.
@@ -42,6 +46,15 @@ impl JointLog {
             alone.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
         let [left, right] = &self.alone;
+        let (low, high) =
+            right.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, number)| {
+                (low.min(*number), high.max(*number))
+            });
+        let is_within = high - low < WITHIN;
+        let mut steps_s: Vec<f64> = right.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+        steps_s.sort_by(f64::total_cmp);
+        let usual_s = steps_s.get(steps_s.len() / 2).copied().unwrap_or(0.0);
+        let gap_s = GAP_S.max(GAP_TIMES * usual_s);
         let mut next = 0;
         let mut joined = Vec::with_capacity(left.len());
         for (t_s, number) in left {
@@ -55,8 +68,11 @@ impl JointLog {
                 }
                 continue;
             };
+            if after.0 - before.0 > gap_s {
+                continue;
+            }
             let share = (t_s - before.0) / (after.0 - before.0);
-            let goes_round = (after.1 - before.1).abs() > STEP_MAX;
+            let goes_round = is_within && (after.1 - before.1).abs() > STEP_MAX;
             let nearest = if share < 0.5 { before.1 } else { after.1 };
             let between = before.1 + share * (after.1 - before.1);
             joined.push((*t_s, [*number, if goes_round { nearest } else { between }]));
@@ -91,10 +107,27 @@ mod tests {
     fn an_angle_that_goes_round_is_not_averaged() {
         let mut log = JointLog::default();
         log.add(0.0, [None, Some(3.1)]);
-        log.add(0.4, [Some(0.0), None]);
-        log.add(0.5, [Some(0.0), None]);
-        log.add(1.0, [None, Some(-3.1)]);
+        log.add(0.04, [Some(0.0), None]);
+        log.add(0.05, [Some(0.0), None]);
+        log.add(0.1, [None, Some(-3.1)]);
         let right: Vec<f64> = log.joined().iter().map(|(_, [_, right])| *right).collect();
         assert_eq!(right, [3.1, -3.1]);
+    }
+
+    #[test]
+    fn a_fast_wheel_is_interpolated_and_a_gap_is_left_open() {
+        let mut log = JointLog::default();
+        // 16 rad/s, and a second in which the right joint is lost.
+        for k in 0..200 {
+            let t_s = f64::from(k) * 0.02;
+            log.add(t_s, [Some(16.0 * t_s), None]);
+            if k % 13 == 0 && !(1.0..2.0).contains(&t_s) {
+                log.add(t_s, [None, Some(16.0 * t_s)]);
+            }
+        }
+        let joined = log.joined();
+        assert!(joined.iter().all(|(_, [left, right])| (left - right).abs() < 1e-9));
+        assert!(!joined.iter().any(|(t_s, _)| (1.1..1.9).contains(t_s)));
+        assert!(joined.len() > 120, "{}", joined.len());
     }
 }

@@ -5,7 +5,7 @@ use robot_model::checks::{Axes, DataFault, DataHypothesis, Wheel, data_hypothese
 use robot_model::clocks::align_roughly;
 use robot_model::recording::{Campaign, Recording, Robot};
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// Something that only the user can decide.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,9 +19,16 @@ pub struct Undecided {
 /// Faults that hide others are mended one after the other; more than so many are none.
 const ROUNDS: usize = 4;
 
-/// Mends all runs alike; what was done, in words, and what is wrong with single runs.
-pub fn mend(campaign: &mut Campaign) -> Result<(Vec<String>, Vec<DataHypothesis>), Undecided> {
+/// Mends all runs alike; what was done, in words, and what is wrong with single runs. By their speeds, one wheel counts backwards.
+pub fn mend(
+    campaign: &mut Campaign,
+    one_reversed: bool,
+) -> Result<(Vec<String>, Vec<DataHypothesis>), Undecided> {
     let mut said = Vec::new();
+    let reversed = reversed_wheel(&campaign.runs).filter(|_| one_reversed);
+    if let Some(wheel) = reversed {
+        said.push(change_sign(&mut campaign.runs, wheel));
+    }
     let mut directions = Directions::of(&campaign.robot, &campaign.runs);
     if directions.both_backwards() {
         let wheels = campaign.runs.iter_mut().flat_map(|run| &mut run.wheels);
@@ -37,6 +44,13 @@ pub fn mend(campaign: &mut Campaign) -> Result<(Vec<String>, Vec<DataHypothesis>
             "headings are turned by {:+.1} degrees from the direction of travel, as by a marker mounted at an angle: corrected",
             turned_rad.to_degrees()
         ));
+        if turned_rad.abs() > PI - BACKWARDS_RAD && reversed.is_some() {
+            said.push(
+                "a wheel that counts backwards and a marker back to front look the same as left and right exchanged, with \
+                 the other wheel backwards: if they are, import again with the wheels exchanged"
+                    .into(),
+            );
+        }
     }
     let mut of_runs = Vec::new();
     for round in 0..=ROUNDS {
@@ -138,7 +152,12 @@ impl Directions {
             .iter()
             .fold((0.0, 0.0), |(sin, cos), rad| (sin + rad.sin(), cos + rad.cos()));
         let agree = sin.hypot(cos) / angles_rad.len().max(1) as f64;
-        let turned_rad = sin.atan2(cos);
+        let mean_rad = sin.atan2(cos);
+        // Of some headings that are elsewhere, the mean would make a marker.
+        let from_mean = |rad: &f64| (rad - mean_rad) - TAU * ((rad - mean_rad) / TAU).round();
+        let mut off_rad: Vec<f64> = angles_rad.iter().map(from_mean).collect();
+        off_rad.sort_by(f64::total_cmp);
+        let turned_rad = mean_rad + off_rad.get(off_rad.len() / 2).copied().unwrap_or(0.0);
         let is_clear =
             angles_rad.len() >= STRETCHES_MIN && agree > AGREE && turned_rad.abs() > MARKER_MIN_RAD;
         is_clear.then_some(turned_rad)
@@ -169,16 +188,7 @@ fn mend_all(runs: &mut [Recording], found: &DataHypothesis) -> Result<String, Un
             headings(runs, |rad| rad + PI);
             Ok("headings point backwards: turned by 180 degrees".into())
         }
-        DataFault::CountsReversed { wheel } => {
-            for sample in runs.iter_mut().flat_map(|run| &mut run.wheels) {
-                match wheel {
-                    Wheel::Left => sample.phi_rad.left *= -1.0,
-                    _ => sample.phi_rad.right *= -1.0,
-                }
-            }
-            let name = if wheel == Wheel::Left { "left" } else { "right" };
-            Ok(format!("the {name} wheel counts backwards: its sign was changed"))
-        }
+        DataFault::CountsReversed { wheel } => Ok(change_sign(runs, wheel)),
         DataFault::Positions { per_m } => {
             positions(runs, |position| position.map(|part| part / per_m));
             Ok(format!("positions are in a unit of which {per_m:.4} make a metre: converted"))
@@ -206,6 +216,49 @@ fn mend_all(runs: &mut [Recording], found: &DataHypothesis) -> Result<String, Un
         ),
     }
 }
+
+/// Changes the sign of one wheel.
+fn change_sign(runs: &mut [Recording], wheel: Wheel) -> String {
+    for sample in runs.iter_mut().flat_map(|run| &mut run.wheels) {
+        match wheel {
+            Wheel::Left => sample.phi_rad.left *= -1.0,
+            _ => sample.phi_rad.right *= -1.0,
+        }
+    }
+    let name = if wheel == Wheel::Left { "left" } else { "right" };
+    format!("the {name} wheel counts backwards: its sign was changed")
+}
+
+/// Which wheel counts backwards, if one does and headings show it: with the left one reversed, the robot turns to the left by the
+/// sum of both, and with the right one reversed to the right.
+fn reversed_wheel(runs: &[Recording]) -> Option<Wheel> {
+    let (mut product, mut by_headings, mut by_wheels) = (0.0, 0.0, 0.0);
+    for run in runs {
+        let sum_rad = |t_s: f64| {
+            let after = run.wheels.partition_point(|sample| sample.t_s < t_s);
+            let phi = run.wheels[after.min(run.wheels.len() - 1)].phi_rad;
+            phi.left + phi.right
+        };
+        let poses = run.measured_poses.iter();
+        let headings: Vec<(f64, f64)> =
+            poses.filter_map(|pose| Some((sum_rad(pose.t_s), pose.heading_rad?))).collect();
+        // Over a few frames, which are longer than noise and shorter than a corner.
+        for pair in headings.windows(STRIDE + 1) {
+            let turned_rad = pair[STRIDE].1 - pair[0].1;
+            let sum_rad = pair[STRIDE].0 - pair[0].0;
+            product += turned_rad * sum_rad;
+            by_headings += turned_rad * turned_rad;
+            by_wheels += sum_rad * sum_rad;
+        }
+    }
+    let alike = product / (by_headings * by_wheels).sqrt().max(f64::MIN_POSITIVE);
+    let wheel = if alike > 0.0 { Wheel::Left } else { Wheel::Right };
+    (alike.abs() > ALIKE).then_some(wheel)
+}
+
+/// Headings over so many frames, and how alike turns have to be.
+const STRIDE: usize = 5;
+const ALIKE: f64 = 0.5;
 
 fn mend_axes(runs: &mut [Recording], axes: Axes) -> String {
     match axes {

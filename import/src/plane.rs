@@ -68,15 +68,28 @@ pub fn flat(log: &PoseLog) -> FlatPoses {
         said.push(format!("{unsound} orientations are no unit quaternions and were left out"));
     }
     let axis = body_axis(&log.poses, up, sound, level);
+    let heading = |pose: &Pose3| {
+        let q = pose.orientation.filter(sound)?;
+        let direction = level(turned(&q, axis));
+        Some(direction[floor[1]].atan2(direction[floor[0]]))
+    };
+    let headings: Vec<Option<f64>> = log.poses.iter().map(heading).collect();
+    let back_to_front = back_to_front(&log.poses, &headings);
+    let flips = back_to_front.iter().filter(|flips| **flips).count();
+    if flips > 0 {
+        said.push(format!(
+            "{flips} of {} poses are turned by half a turn from those before and after, as of a marker seen back to front: left out",
+            log.poses.len()
+        ));
+    }
     let mut last_rad: Option<f64> = None;
     let mut poses: Vec<FlatPose> = log
         .poses
         .iter()
-        .map(|pose| {
-            let wrapped = pose.orientation.filter(sound).map(|q| {
-                let direction = level(turned(&q, axis));
-                direction[floor[1]].atan2(direction[floor[0]])
-            });
+        .zip(headings)
+        .zip(back_to_front)
+        .filter(|(_, flips)| !flips)
+        .map(|((pose, wrapped), _)| {
             let heading_rad = wrapped.map(|rad| {
                 let before = last_rad.unwrap_or(rad);
                 rad + TAU * ((before - rad) / TAU).round()
@@ -94,6 +107,45 @@ pub fn flat(log: &PoseLog) -> FlatPoses {
         poses.iter_mut().for_each(|pose| pose.heading_rad = None);
     }
     FlatPoses { poses, said }
+}
+
+/// Turned by more is back to front, and turned by less is not turned \[rad\]; for so many frames at most, this near to each other \[s\].
+const BACK_RAD: f64 = 2.0;
+const NOT_TURNED_RAD: f64 = 0.7;
+const FLIP_FRAMES_MAX: usize = 3;
+const FLIP_S: f64 = 0.6;
+/// More than this share is no marker that is mistaken now and then.
+const FLIPS_MAX: f64 = 0.2;
+
+/// Which poses are turned by about half a turn from those before and after them. What else is elsewhere shows by the wheels; this
+/// must go before headings are followed from pose to pose.
+fn back_to_front(poses: &[Pose3], headings: &[Option<f64>]) -> Vec<bool> {
+    let mut flips = vec![false; poses.len()];
+    let known: Vec<(usize, f64)> =
+        headings.iter().enumerate().filter_map(|(k, rad)| Some((k, (*rad)?))).collect();
+    let turn = |a: usize, b: usize| {
+        let rad = known[b].1 - known[a].1;
+        (rad - TAU * (rad / TAU).round()).abs()
+    };
+    let mut before = 0;
+    while before + 2 < known.len() {
+        let after = (before + 2..=before + 1 + FLIP_FRAMES_MAX).find(|after| {
+            *after < known.len()
+                && poses[known[*after].0].t_s - poses[known[before].0].t_s < FLIP_S
+                && turn(before, *after) < NOT_TURNED_RAD
+                && (before + 1..*after)
+                    .all(|k| turn(before, k) > BACK_RAD && turn(k, *after) > BACK_RAD)
+        });
+        if let Some(after) = after {
+            known[before + 1..after].iter().for_each(|(k, _)| flips[*k] = true);
+        }
+        before = after.unwrap_or(before + 1);
+    }
+    let count = flips.iter().filter(|flip| **flip).count();
+    if count as f64 > FLIPS_MAX * known.len() as f64 {
+        flips.fill(false);
+    }
+    flips
 }
 
 /// A floor that lies askew by less is level: lengths differ by less than 4e-5 \[rad\].

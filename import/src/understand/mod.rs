@@ -179,6 +179,11 @@ impl Understood {
         runs.chain(left_out).fold(f64::INFINITY, f64::min)
     }
 
+    /// By the speeds of wheels and poses, one wheel counts backwards.
+    fn one_reversed(&self) -> bool {
+        self.speeds.as_ref().is_some_and(|(_, alignment)| alignment.one_reversed)
+    }
+
     /// Takes the pieces of the log as runs; those without poses are left out.
     fn take_runs(&mut self, wheels: &WheelLog, poses: &[FlatPose], pieces: &[Piece]) {
         for (number, piece) in pieces.iter().enumerate() {
@@ -262,7 +267,7 @@ impl Understood {
         // A long log is large: of its samples there are as few copies as can be.
         let runs = self.runs.drain(..).map(|run| run.recording).collect();
         let mut campaign = Campaign { robot, runs };
-        let (said, of_runs) = mend(&mut campaign)
+        let (said, of_runs) = mend(&mut campaign, self.one_reversed())
             .map_err(|undecided| error(wheels, undecided.problem, undecided.hint))?;
         self.notes.extend(said.into_iter().map(|said| Note::new(poses, said)));
         let faulty: HashSet<&str> = of_runs

@@ -192,6 +192,44 @@ fn a_wheel_that_counts_backwards_is_found_though_going_looks_like_turning() {
     }
 }
 
+/// Right of them is what can be right: which wheel is larger depends on which is which, and the doubt is told.
+#[test]
+fn exchanged_wheels_of_which_one_counts_backwards_are_understood() {
+    let (wheels, poses) = drive();
+    for side in 0..2 {
+        let mut wrong = wheels.clone();
+        for turned in &mut wrong.turned {
+            turned.reverse();
+            turned[side] = -turned[side];
+        }
+        let understood = of_one_clock(wrong, &poses);
+        let said = notes(&understood);
+        assert!(said.contains("if they are, import again with the wheels exchanged"), "{said}");
+        assert_eq!((understood.runs.len(), understood.left_out.len()), (15, 0));
+        let turned = |run: &import::understand::RunUnderstood| run.name.clone();
+        let names: Vec<String> = understood.runs.iter().map(turned).collect();
+        assert!(names.iter().any(|name| name == "spin_left"), "{names:?}");
+    }
+}
+
+#[test]
+fn a_marker_that_is_often_seen_back_to_front_is_no_other_robot() {
+    let (wheels, poses) = drive();
+    let mut wild = poses.clone();
+    let turn = |pose: &mut Pose3| {
+        pose.orientation = pose.orientation.map(|[x, y, sin, cos]| [x, y, cos, -sin]);
+    };
+    // One or three frames of twenty.
+    for (k, pose) in wild.poses.iter_mut().enumerate() {
+        if k % 20 == 7 || k % 60 < 3 {
+            turn(pose);
+        }
+    }
+    let understood = of_one_clock(wheels, &wild);
+    assert!(notes(&understood).contains("back to front: left out"), "{}", notes(&understood));
+    check(&understood, 0);
+}
+
 /// Not a tracker whose axes are mirrored, with a marker back to front.
 #[test]
 fn both_wheels_may_count_backwards() {

@@ -84,7 +84,7 @@ pub struct LeftOut {
 pub struct ClockUnderstood {
     /// How late the poses are: their time less that of the wheels, in the middle of the log \[s\].
     pub late_s: f64,
-    /// By which share their clock runs faster than that of the wheels, where that shows before runs are looked at.
+    /// Which share of the poses' time that of the wheels is short of, if their clock is faster.
     pub drift: f64,
     /// Its standard error \[s\]; zero if both were taken for one clock.
     pub sigma_s: f64,
@@ -177,6 +177,19 @@ impl Understood {
         let runs = self.runs.iter().map(|run| run.started_s);
         let left_out = self.left_out.iter().map(|left| left.from_s);
         runs.chain(left_out).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Takes out what is left of the clocks' drift, which shows better by the runs than by their speeds; in a short log, twice.
+    fn take_drift(&mut self, campaign: &mut Campaign) {
+        for _ in 0..2 {
+            let Ok(Some(drift)) = clocks::drift(campaign) else { return };
+            for run in &mut campaign.runs {
+                let from_middle_s = run.started_s.unwrap_or(0.0) - drift.middle_s;
+                let poses = run.measured_poses.iter_mut();
+                poses.for_each(|pose| pose.t_s -= drift.rate * (from_middle_s + pose.t_s));
+            }
+            self.clock.drift += drift.rate * (1.0 - self.clock.drift);
+        }
     }
 
     /// By the speeds of wheels and poses, one wheel counts backwards.
@@ -291,6 +304,9 @@ impl Understood {
         }
         campaign.runs.retain(|run| !faulty.contains(run.name.as_str()));
         self.notes.extend(leave_out(&mut campaign).map(|said| Note::new(poses, said)));
+        if !are_related {
+            self.take_drift(&mut campaign);
+        }
         let aligned =
             if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
         drop(campaign);
@@ -317,6 +333,11 @@ impl Understood {
 }
 
 impl ClockUnderstood {
+    /// By which share the poses' clock runs faster than that of the wheels.
+    pub fn faster(&self) -> f64 {
+        self.drift / (1.0 - self.drift)
+    }
+
     /// Refuses clocks that go together too roughly.
     fn check(&self, poses: &Path) -> Result<(), CampaignError> {
         if self.sigma_s <= CLOCK_SIGMA_MAX_S {

@@ -35,7 +35,7 @@ const SIGMAS: f64 = 6.0;
 /// An offset is reported if it is this many standard errors from zero.
 const REPORTED_SIGMAS: f64 = 2.0;
 /// No offset is known better than this \[s\].
-const OFFSET_SIGMA_MIN_S: f64 = 1e-3;
+pub(super) const OFFSET_SIGMA_MIN_S: f64 = 1e-3;
 /// Offsets and rates are found anew after each correction.
 const ROUNDS: usize = 2;
 
@@ -60,11 +60,11 @@ impl Effect for Late {
 
 /// Offset and rate of one run, about the middle of its poses.
 #[derive(Clone, Copy, Debug, Default)]
-struct Line {
-    middle_s: f64,
+pub(super) struct Line {
+    pub(super) middle_s: f64,
     span_s: f64,
-    offset_s: f64,
-    offset_sigma_s: f64,
+    pub(super) offset_s: f64,
+    pub(super) offset_sigma_s: f64,
     rate: f64,
     rate_sigma: f64,
 }
@@ -194,7 +194,7 @@ fn mean(lines: &[Option<Line>]) -> (f64, f64) {
 }
 
 /// Offset and rate of each run; `None` where its poses do not tell.
-fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
+pub(super) fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
     let geometry = CATALOGUE.iter().filter(|effect| effect.facts().group == Group::Geometry);
     let geometry = geometry.map(|effect| Term::new(*effect, vec![0.0])).collect();
     let robot = &prepared.robot;

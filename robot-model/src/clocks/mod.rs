@@ -14,15 +14,18 @@
 //! | --- | --- |
 //! | `clock_found.rs` | [`ClockFound`]: offset and rate of one run |
 //! | `coarse.rs` | offsets of up to half a minute: the lag at which speeds and turn rates agree |
+//! | `drift.rs` | [`drift()`]: two clocks that drift apart over the runs of one log |
 //! | `fine.rs` | offset and rate from the filter, window by window of a run |
 
 mod clock_found;
 mod coarse;
+mod drift;
 mod fine;
 #[cfg(test)]
 mod tests;
 
 pub use clock_found::ClockFound;
+pub use drift::{Drift, drift};
 
 use crate::recording::campaign::{Campaign, Prepared};
 use crate::recording::run::RecordingError;

@@ -262,18 +262,26 @@ pub fn wheels(
     [left, right]: [&str; 2],
 ) -> Result<(WheelLog, Vec<Note>), CampaignError> {
     let (mut angles, mut rates) = (JointLog::default(), JointLog::default());
-    let mut unstamped = 0;
+    let (mut unstamped, mut unsound) = (0, 0);
     let mut notes = of_topic(files, topic, |message, log_time_s| {
         let Message::Joints(state) = message else { return };
         let (t_s, is_unstamped) = stamp_s(state.header.stamp_s, log_time_s);
         unstamped += usize::from(is_unstamped);
-        if !angles.add(t_s, of_joints(&state, &state.positions_rad, [left, right])) {
+        let found = of_joints(&state, &state.positions_rad, [left, right]);
+        // Where speeds are all that is known, some write angles that are no numbers.
+        let sound = found.map(|number| number.filter(|number| number.is_finite()));
+        unsound += usize::from(sound != found);
+        if !angles.add(t_s, sound) {
             rates.add(t_s, of_joints(&state, &state.speeds_rad_s, [left, right]));
         }
     })?;
     let file = files.first().copied().unwrap_or(Path::new(""));
     let is_of_speeds = !angles.has_both() && rates.has_both();
     let joints = if is_of_speeds { rates } else { angles };
+    if unsound > 0 && !is_of_speeds {
+        let text = format!("{topic}: {unsound} samples are not numbers and were left out");
+        notes.push(Note::new(file, text));
+    }
     let is_apart = joints.both.is_empty();
     let mut samples = joints.joined();
     if is_apart && !samples.is_empty() {
@@ -304,8 +312,7 @@ pub fn wheels(
 fn of_joints(state: &JointState<'_>, numbers: &[f64], wanted: [&str; 2]) -> [Option<f64>; 2] {
     wanted.map(|wanted| {
         let index = state.names.iter().position(|name| *name == wanted)?;
-        // Where speeds are all that is known, some write angles that are no numbers.
-        numbers.get(index).copied().filter(|number| number.is_finite())
+        numbers.get(index).copied()
     })
 }
 

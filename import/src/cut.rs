@@ -9,6 +9,7 @@
 //! A short stop belongs to a run, as between the sides of a square; a long one ends it. So does any stop during which the
 //! poses move: the robot was carried, or the tracker lost its place.
 
+use crate::angle::wrapped;
 use crate::plane::FlatPose;
 
 /// Half of the window in which a wheel has to turn, to count as moving \[s\].
@@ -188,9 +189,7 @@ fn was_carried(poses: &[FlatPose], units_per_m: f64) -> bool {
 fn is_elsewhere(a: &FlatPose, b: &FlatPose, units_per_m: f64) -> bool {
     let moved = (b.position_m[0] - a.position_m[0]).hypot(b.position_m[1] - a.position_m[1]);
     let turned_rad = a.heading_rad.zip(b.heading_rad).map_or(0.0, |(a, b)| b - a);
-    let turned_rad =
-        turned_rad - std::f64::consts::TAU * (turned_rad / std::f64::consts::TAU).round();
-    moved > CARRIED.0 * units_per_m || turned_rad.abs() > CARRIED.1
+    moved > CARRIED.0 * units_per_m || wrapped(turned_rad).abs() > CARRIED.1
 }
 
 /// Adds to both ends of each piece some of the standstill, as far as the robot stayed there.

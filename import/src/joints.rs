@@ -2,6 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::log::usual_step_s;
+
 /// The numbers of two joints, as they came.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct JointLog {
@@ -51,9 +53,7 @@ impl JointLog {
                 (low.min(*number), high.max(*number))
             });
         let is_within = high - low < WITHIN;
-        let mut steps_s: Vec<f64> = right.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-        steps_s.sort_by(f64::total_cmp);
-        let usual_s = steps_s.get(steps_s.len() / 2).copied().unwrap_or(0.0);
+        let usual_s = usual_step_s(right.iter().map(|(t_s, _)| *t_s)).unwrap_or(0.0);
         let gap_s = GAP_S.max(GAP_TIMES * usual_s);
         let mut next = 0;
         let mut joined = Vec::with_capacity(left.len());

@@ -37,6 +37,7 @@
 //! | [`export`] | what goes back |
 
 pub mod alignment;
+mod angle;
 pub mod bag;
 pub mod cdr;
 pub mod controller_file;

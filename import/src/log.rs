@@ -126,6 +126,14 @@ pub(crate) fn ordered<T>(
     said
 }
 
+/// The middle of the times between two samples, which are in order \[s\]; `None` of fewer than two.
+pub(crate) fn usual_step_s(times_s: impl Iterator<Item = f64> + Clone) -> Option<f64> {
+    let mut steps_s: Vec<f64> =
+        times_s.clone().skip(1).zip(times_s).map(|(later, earlier)| later - earlier).collect();
+    let middle = steps_s.len() / 2;
+    (!steps_s.is_empty()).then(|| *steps_s.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

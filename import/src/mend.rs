@@ -5,7 +5,9 @@ use robot_model::checks::{Axes, DataFault, DataHypothesis, Wheel, data_hypothese
 use robot_model::clocks::align_roughly;
 use robot_model::recording::{Campaign, Recording, Robot};
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
+
+use crate::angle::wrapped;
 
 /// Something that only the user can decide.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,7 +21,8 @@ pub struct Undecided {
 /// Faults that hide others are mended one after the other; more than so many are none.
 const ROUNDS: usize = 4;
 
-/// Mends all runs alike; what was done, in words, and what is wrong with single runs. By their speeds, one wheel counts backwards.
+/// Mends all runs alike; what was done, in words, and what is wrong with single runs. `one_reversed`: the speeds of wheels and poses
+/// say that one wheel counts backwards.
 pub fn mend(
     campaign: &mut Campaign,
     one_reversed: bool,
@@ -154,7 +157,7 @@ impl Directions {
         let agree = sin.hypot(cos) / angles_rad.len().max(1) as f64;
         let mean_rad = sin.atan2(cos);
         // Of some headings that are elsewhere, the mean would make a marker.
-        let from_mean = |rad: &f64| (rad - mean_rad) - TAU * ((rad - mean_rad) / TAU).round();
+        let from_mean = |rad: &f64| wrapped(rad - mean_rad);
         let mut off_rad: Vec<f64> = angles_rad.iter().map(from_mean).collect();
         off_rad.sort_by(f64::total_cmp);
         let turned_rad = mean_rad + off_rad.get(off_rad.len() / 2).copied().unwrap_or(0.0);

@@ -12,11 +12,12 @@
 //! Poses are taken, as they add up every step of the wheels, and speeds only where poses say nothing: where there are none,
 //! and where the odometry was set back.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 use std::path::Path;
 
 use campaign::CampaignError;
 
+use crate::angle::wrapped;
 use crate::bag::{of_stamps, of_topic, stamp_s};
 use crate::geometry::Geometry;
 use crate::log::{Note, WheelLog, ordered};
@@ -131,8 +132,7 @@ fn turned(steps: &[Step], geometry: &Geometry) -> (Vec<[f64; 2]>, Vec<String>) {
 
 /// Travel and turn from one pose to the next by (1), and how far it went sideways.
 fn arc(from: &Step, to: &Step) -> ([f64; 2], f64) {
-    let turn_rad = to.heading_rad - from.heading_rad;
-    let turn_rad = turn_rad - TAU * (turn_rad / TAU).round();
+    let turn_rad = wrapped(to.heading_rad - from.heading_rad);
     let half_rad = turn_rad / 2.0;
     let (sin, cos) = (from.heading_rad + half_rad).sin_cos();
     let [dx_m, dy_m] = [0, 1].map(|axis| to.position_m[axis] - from.position_m[axis]);
@@ -148,6 +148,7 @@ fn arc(from: &Step, to: &Step) -> ([f64; 2], f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     const GEOMETRY: Geometry = Geometry {
         wheel_radius_m: 0.036,

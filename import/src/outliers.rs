@@ -3,7 +3,7 @@
 use robot_model::checks::outliers_s;
 use robot_model::recording::Campaign;
 
-use std::f64::consts::TAU;
+use crate::angle::nearest;
 
 /// More of a run's poses than this share are no outliers, but something else.
 const SHARE_MAX: f64 = 0.1;
@@ -28,7 +28,7 @@ pub fn leave_out(campaign: &mut Campaign) -> Option<String> {
             run.measured_poses.iter_mut().filter_map(|pose| pose.heading_rad.as_mut())
         {
             let before = *before_rad.get_or_insert(*heading_rad);
-            *heading_rad += TAU * ((before - *heading_rad) / TAU).round();
+            *heading_rad = nearest(*heading_rad, before);
             before_rad = Some(*heading_rad);
         }
     }

@@ -5,10 +5,9 @@
 //! The heading is the direction of an axis of the body, projected onto the floor, so that a marker may be tilted or upside
 //! down: what is left is a constant angle to the robot's own heading.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{Matrix3, Rotation3, SymmetricEigen, Vector3};
 
+use crate::angle::{nearest, wrapped};
 use crate::log::{Pose3, PoseLog};
 
 /// A pose on the floor.
@@ -92,7 +91,7 @@ pub fn flat(log: &PoseLog) -> FlatPoses {
         .map(|((pose, wrapped), _)| {
             let heading_rad = wrapped.map(|rad| {
                 let before = last_rad.unwrap_or(rad);
-                rad + TAU * ((before - rad) / TAU).round()
+                nearest(rad, before)
             });
             last_rad = heading_rad.or(last_rad);
             let position_m = level(pose.position_m);
@@ -123,10 +122,7 @@ fn back_to_front(poses: &[Pose3], headings: &[Option<f64>]) -> Vec<bool> {
     let mut flips = vec![false; poses.len()];
     let known: Vec<(usize, f64)> =
         headings.iter().enumerate().filter_map(|(k, rad)| Some((k, (*rad)?))).collect();
-    let turn = |a: usize, b: usize| {
-        let rad = known[b].1 - known[a].1;
-        (rad - TAU * (rad / TAU).round()).abs()
-    };
+    let turn = |a: usize, b: usize| wrapped(known[b].1 - known[a].1).abs();
     let mut before = 0;
     while before + 2 < known.len() {
         let after = (before + 2..=before + 1 + FLIP_FRAMES_MAX).find(|after| {

@@ -1,5 +1,6 @@
 //! How fast wheels and poses go and turn, on one grid.
 
+use crate::log::usual_step_s;
 use crate::plane::FlatPose;
 
 /// Half of the window of a speed, at least \[s\].
@@ -32,14 +33,8 @@ pub struct Speeds {
 
 /// Speeds of both on one grid.
 pub fn speeds(t_s: &[f64], turned: &[[f64; 2]], poses: &[FlatPose]) -> Option<[Speeds; 2]> {
-    let spacing = |times: &mut dyn Iterator<Item = f64>| {
-        let times: Vec<f64> = times.collect();
-        let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied()
-    };
-    let wheels_s = spacing(&mut t_s.iter().copied())?;
-    let poses_s = spacing(&mut poses.iter().map(|pose| pose.t_s))?;
+    let wheels_s = usual_step_s(t_s.iter().copied())?;
+    let poses_s = usual_step_s(poses.iter().map(|pose| pose.t_s))?;
     let half_s = HALF_WINDOW_S.max(1.5 * wheels_s).max(1.5 * poses_s);
     let span_s = |first: f64, last: f64| last - first;
     let longest_s =

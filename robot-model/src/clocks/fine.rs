@@ -22,8 +22,8 @@ const WINDOW_S: f64 = 12.0;
 const POSES_MIN: usize = 8;
 /// A window has the wheels from so long before its first pose to so long after its last \[s\].
 const MARGIN_S: f64 = 1.0;
-/// From this many windows on, a run tells a rate.
-const WINDOWS_FOR_RATE: usize = 5;
+/// From this many points on, a line tells a rate.
+pub(super) const POINTS_FOR_RATE: usize = 5;
 /// What all runs share, up to this, is the delay of a camera and left to the effects, as long as no clock is wrong \[s\].
 const DELAY_MAX_S: f64 = 0.25;
 /// An offset of a run that differs from the common one is corrected from this on \[s\], and beyond chance.
@@ -62,11 +62,18 @@ impl Effect for Late {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Line {
     pub(super) middle_s: f64,
-    span_s: f64,
+    pub(super) span_s: f64,
     pub(super) offset_s: f64,
     pub(super) offset_sigma_s: f64,
-    rate: f64,
-    rate_sigma: f64,
+    pub(super) rate: f64,
+    pub(super) rate_sigma: f64,
+}
+
+impl Line {
+    /// The offset at a time \[s\].
+    pub(super) fn at(&self, t_s: f64) -> f64 {
+        self.offset_s + self.rate * (t_s - self.middle_s)
+    }
 }
 
 /// What is taken out of a run.
@@ -278,7 +285,7 @@ fn window(run: &PreparedRun, poses: Vec<PoseMeasurement>) -> PreparedRun {
 }
 
 /// The straight line through points of time, offset and weight.
-fn line(points: &[[f64; 3]]) -> Option<Line> {
+pub(super) fn line(points: &[[f64; 3]]) -> Option<Line> {
     let weight: f64 = points.iter().map(|[_, _, weight]| weight).sum();
     if points.len() < 2 || weight <= 0.0 {
         return None;
@@ -290,7 +297,7 @@ fn line(points: &[[f64; 3]]) -> Option<Line> {
         .iter()
         .map(|[t_s, tau_s, weight]| weight * (t_s - middle_s) * (tau_s - offset_s))
         .sum();
-    let has_rate = points.len() >= WINDOWS_FOR_RATE && square > 0.0;
+    let has_rate = points.len() >= POINTS_FOR_RATE && square > 0.0;
     let rate = if has_rate { product / square } else { 0.0 };
     let left: f64 = points
         .iter()

@@ -1,6 +1,6 @@
 //! Clocks that are made wrong are found, and clocks that agree are left alone.
 
-use crate::clocks::{ClockFound, prepare};
+use crate::clocks::{ClockFound, drift, prepare};
 use crate::recording::campaign::Campaign;
 use crate::tests::synthetic::{campaign, full_plan, term};
 
@@ -22,6 +22,27 @@ fn a_constant_offset_is_found_from_a_third_of_a_second_to_half_a_minute() {
             // Also of a run that alone would hardly tell.
             assert!((clock.offset_s - late_s).abs() < 0.01, "{late_s} s: {clock:?}");
         }
+    }
+}
+
+#[test]
+fn clocks_that_drift_from_run_to_run_are_told_by_how_much_and_others_are_not() {
+    let runs = campaign(&full_plan(), &[term("measurement_delay", &[0.08])], 31);
+    assert_eq!(drift(&runs).unwrap(), None);
+    for rate in [1e-5, -3e-4, 2e-3] {
+        let mut drifting = runs.clone();
+        for run in &mut drifting.runs {
+            let started_s = run.started_s.expect("the plan says when");
+            run.measured_poses
+                .iter_mut()
+                .for_each(|pose| pose.t_s += rate * (started_s + pose.t_s));
+        }
+        // One run has an offset of its own, which is no drift.
+        drifting.runs[1].measured_poses.iter_mut().for_each(|pose| pose.t_s += 0.2);
+        let found = drift(&drifting).unwrap().expect("it shows");
+        let off = (found.rate - rate).abs();
+        assert!(off < (4.0 * found.sigma).max(0.01 * rate.abs()), "{rate}: {found:?}");
+        assert!(found.sigma < 4e-6, "{rate}: {found:?}");
     }
 }
 

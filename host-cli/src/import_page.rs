@@ -81,7 +81,7 @@ pub fn clock(understood: &Understood) -> String {
         String::new()
     };
     let by_run = if clock.differs_by_run { ", and runs differ" } else { "" };
-    let drift = match clock.faster() {
+    let drift = match clock.rate() {
         0.0 => String::new(),
         drift if drift > 0.0 => format!(", and their clock runs {:.0} ppm fast", drift * 1e6),
         drift => format!(", and their clock runs {:.0} ppm slow", -drift * 1e6),

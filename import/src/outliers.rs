@@ -32,8 +32,8 @@ pub fn leave_out(campaign: &mut Campaign) -> Option<String> {
             before_rad = Some(*heading_rad);
         }
     }
-    let are = if left_out == 1 { "lies" } else { "lie" };
+    let are = if left_out == 1 { "is an outlier" } else { "are outliers" };
     (left_out > 0).then(|| {
-        format!("{left_out} of {all} poses {are} elsewhere than those before and after: left out")
+        format!("{left_out} of {all} poses {are}, far from those before and after: left out")
     })
 }

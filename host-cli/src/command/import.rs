@@ -225,7 +225,7 @@ fn to_json(understood: &Understood, names: &[String]) -> Value {
         "schema": 1,
         "clock": {
             "late_s": understood.clock.late_s,
-            "drift": understood.clock.faster(),
+            "drift": understood.clock.rate(),
             "sigma_s": understood.clock.sigma_s,
         },
         "robot": {

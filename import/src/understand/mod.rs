@@ -180,7 +180,7 @@ impl Understood {
     }
 
     /// Takes out what is left of the clocks' drift, which shows better by the runs than by their speeds; in a short log, twice.
-    fn take_drift(&mut self, campaign: &mut Campaign) {
+    fn correct_drift(&mut self, campaign: &mut Campaign) {
         for _ in 0..2 {
             let Ok(Some(drift)) = clocks::drift(campaign) else { return };
             for run in &mut campaign.runs {
@@ -305,7 +305,7 @@ impl Understood {
         campaign.runs.retain(|run| !faulty.contains(run.name.as_str()));
         self.notes.extend(leave_out(&mut campaign).map(|said| Note::new(poses, said)));
         if !are_related {
-            self.take_drift(&mut campaign);
+            self.correct_drift(&mut campaign);
         }
         let aligned =
             if are_related { clocks::align(&campaign) } else { clocks::align_unrelated(&campaign) };
@@ -334,7 +334,7 @@ impl Understood {
 
 impl ClockUnderstood {
     /// By which share the poses' clock runs faster than that of the wheels.
-    pub fn faster(&self) -> f64 {
+    pub fn rate(&self) -> f64 {
         self.drift / (1.0 - self.drift)
     }
 

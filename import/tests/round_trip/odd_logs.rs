@@ -290,7 +290,10 @@ fn single_poses_elsewhere_or_back_to_front_are_left_out_and_said() {
     }
     let understood = of_one_clock(wheels, &wild);
     let said = notes(&understood);
-    assert!(said.contains("poses lie elsewhere than those before and after: left out"), "{said}");
+    assert!(
+        said.contains("poses are outliers, far from those before and after: left out"),
+        "{said}"
+    );
     assert_eq!(understood.runs.len(), as_it_is.runs.len());
     let mut left_out = 0;
     for (a, b) in as_it_is.runs.iter().zip(&understood.runs) {
@@ -374,7 +377,7 @@ fn clocks_may_drift_apart_by_more_than_a_drive_takes_to_repeat_itself() {
             .unwrap_or_else(|error| panic!("{count} runs, {ppm} ppm: {error}"));
         assert_eq!((understood.runs.len(), understood.left_out.len()), (count, 0));
         // At either end of the log.
-        let off_s = (understood.clock.faster() - 1e-6 * ppm) * (end_s - begin_s) / 2.0;
+        let off_s = (understood.clock.rate() - 1e-6 * ppm) * (end_s - begin_s) / 2.0;
         assert!(off_s.abs() < 5e-3, "{count} runs, {ppm} ppm: {:?}", understood.clock);
         for run in [0, count / 2, count - 1].map(|run| &understood.runs[run].recording) {
             goes_as_its_wheels(run);

@@ -14,6 +14,7 @@ use sim_link::ServeError;
 use sim_target::scenario::ScenarioError;
 
 use crate::advice;
+use crate::interrupt;
 
 /// An error for a person to read.
 #[derive(Debug)]
@@ -164,7 +165,7 @@ impl From<host_link::Error> for Error {
     fn from(error: host_link::Error) -> Self {
         let converted = match &error {
             host_link::Error::Cancelled(left) => {
-                Error::interrupted(format_args!("stopped by Ctrl-C{left}"))
+                Error::interrupted(format_args!("{}{left}", interrupt::words()))
             }
             host_link::Error::ConnectionLost { .. } => {
                 Error { kind: Kind::CutOff, ..Error::new(&error) }

@@ -48,6 +48,19 @@ pub(crate) fn terminal(text: &str, is_one_line: bool, style: impl Fn(u8) -> Stri
     safe
 }
 
+/// A line in pieces: the number of the style, and the text, of each. `plain` is the style in which it begins.
+pub(crate) fn pieces(text: &str, plain: u8) -> Vec<(u8, String)> {
+    // What is safe has no NUL of its own.
+    let marked = terminal(text, true, |number| format!("\0{}", char::from(b'a' + number)));
+    let mut parts = marked.split('\0');
+    let first = (plain, parts.next().unwrap_or_default().to_owned());
+    let styled = parts.filter_map(|part| {
+        let style = part.bytes().next()?.checked_sub(b'a')?;
+        Some((style, part[1..].to_owned()))
+    });
+    std::iter::once(first).chain(styled).filter(|(_, text)| !text.is_empty()).collect()
+}
+
 /// A text from outside as part of a line, or of a text of several lines that is printed whole.
 pub(crate) fn seen(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -136,6 +149,14 @@ mod tests {
         // Whoever guesses its form still lacks what this process drew.
         let guessed = "\u{fdd1}".repeat(9);
         assert!(!styled(&guessed).contains('<') || OURS.chars().all(|c| c == '\u{fdd1}'));
+    }
+
+    #[test]
+    fn a_line_in_pieces_has_the_style_of_each() {
+        let text = format!("a\u{0}{}b{}c", style_mark(1), style_mark(5));
+        let expected = [(5, r"a\u0000"), (1, "b"), (5, "c")];
+        assert_eq!(pieces(&text, 5), expected.map(|(style, text)| (style, text.to_owned())));
+        assert_eq!(pieces("", 5), []);
     }
 
     #[test]

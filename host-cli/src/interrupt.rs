@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 
 use host_link::Cancel;
 
+use crate::dialogue;
+
 static PRESSED: OnceLock<Instant> = OnceLock::new();
 static CANCEL: LazyLock<Cancel> = LazyLock::new(Cancel::default);
 
@@ -18,7 +20,7 @@ const SAME: Duration = Duration::from_millis(500);
 /// Starts to handle Ctrl-C. Without this, Ctrl-C ends the program at once.
 pub fn listen() {
     // If there is a handler already, it stays.
-    let cancel = cancel();
+    let cancel = CANCEL.clone();
     let _ = ctrlc::set_handler(move || {
         cancel.request();
         if PRESSED.get_or_init(Instant::now).elapsed() > SAME {
@@ -31,12 +33,21 @@ pub fn listen() {
     });
 }
 
-/// The user's request to end, for procedures.
+/// The user's request to end, for procedures; of a command that a page runs, the page's.
 pub fn cancel() -> Cancel {
-    CANCEL.clone()
+    dialogue::current().map_or_else(|| CANCEL.clone(), |dialogue| dialogue.cancel().clone())
 }
 
 /// Whether the user has requested an end.
 pub fn requested() -> bool {
-    CANCEL.is_requested()
+    cancel().is_requested()
+}
+
+/// Who has ended the command, and how.
+pub fn words() -> &'static str {
+    match dialogue::current() {
+        None => "stopped by Ctrl-C",
+        Some(dialogue) if dialogue.cancel().is_requested() => "stopped on the page",
+        Some(_) => "stopped, because the page was not in front",
+    }
 }

@@ -32,6 +32,7 @@
 //! | [`cli`], [`command`] | the command line; one file per command |
 //! | [`error`], [`interrupt`] | errors for a person, Ctrl-C |
 //! | [`ui`], [`table`] | lines, progress, questions and tables on a terminal |
+//! | [`dialogue`], [`question`] | the same where a page runs a command |
 
 pub mod advice;
 pub mod apply;
@@ -42,6 +43,7 @@ pub mod cli;
 pub mod command;
 pub mod compare;
 pub mod config_text;
+pub mod dialogue;
 pub mod error;
 pub mod escape;
 pub mod explain;
@@ -56,6 +58,7 @@ pub mod motors;
 pub mod page_server;
 pub mod port;
 pub mod pose_source;
+pub mod question;
 pub mod report;
 pub mod robot_page;
 pub mod table;

@@ -12,11 +12,14 @@ use campaign::file::{check_writable, is_special, target};
 use host_link::address::{Address, AddressError};
 use host_link::{Session, key_file};
 use shared_proto::Key;
+use sim_link::RemoteTestbed;
 use sim_target::scenario::ScenarioError;
-use sim_target::{Options, Scenario, SimTarget, Testbed};
+use sim_target::{Options, Scenario, SimTarget};
 
+use crate::dialogue;
 use crate::error::{Error, Result};
 use crate::interrupt;
+use crate::pose_source::bench::Bench;
 use crate::ui::warn;
 
 /// Where a robot is reached, as the user wrote it.
@@ -26,6 +29,8 @@ pub enum Port {
     Sim(Option<PathBuf>),
     /// A real robot, or one that another process simulates.
     At(Address),
+    /// A robot that another thread of this program simulates.
+    Served(Address, RemoteTestbed),
 }
 
 impl FromStr for Port {
@@ -53,7 +58,7 @@ impl fmt::Display for Port {
         match self {
             Port::Sim(None) => f.write_str("sim"),
             Port::Sim(Some(path)) => write!(f, "sim:{}", path.display()),
-            Port::At(address) => write!(f, "{address}"),
+            Port::At(address) | Port::Served(address, _) => write!(f, "{address}"),
         }
     }
 }
@@ -178,7 +183,7 @@ fn usable_flash(file: &Path) -> std::result::Result<PathBuf, String> {
 pub fn with_robot<T>(
     port: &Port,
     sim: &SimOptions,
-    procedure: impl AsyncFnOnce(&mut Session, Option<Testbed>) -> Result<T>,
+    procedure: impl AsyncFnOnce(&mut Session, Option<Bench>) -> Result<T>,
 ) -> Result<T> {
     with_session(port, sim, async |session, testbed| {
         session.open().await?;
@@ -190,7 +195,7 @@ pub fn with_robot<T>(
 pub fn with_session<T>(
     port: &Port,
     sim: &SimOptions,
-    procedure: impl AsyncFnOnce(&mut Session, Option<Testbed>) -> Result<T>,
+    procedure: impl AsyncFnOnce(&mut Session, Option<Bench>) -> Result<T>,
 ) -> Result<T> {
     match port {
         Port::Sim(_) => {
@@ -203,9 +208,9 @@ pub fn with_session<T>(
                 // Nobody else reaches this robot, and its results are the same each time.
                 session.offer_key(key, Key::new([0; Key::LEN]));
             }
-            target.run(async { procedure(&mut session, Some(testbed)).await })
+            target.run(async { procedure(&mut session, Some(Bench::Here(testbed))).await })
         }
-        Port::At(address) => {
+        Port::At(address) | Port::Served(address, _) => {
             if sim.flash.is_some() || sim.seed.is_some() {
                 warn(format_args!(
                     "--flash and --seed are for a robot that this command simulates; they do nothing on {port}"
@@ -221,7 +226,14 @@ pub fn with_session<T>(
                     false => session.use_key(key, secret),
                 }
             }
-            host_link::block_on(async { procedure(&mut session, None).await })
+            let bench = match port {
+                Port::Served(_, testbed) => Some(Bench::Served(testbed.clone())),
+                _ => None,
+            };
+            if let Some(dialogue) = dialogue::current() {
+                session.hold_by(dialogue.holder());
+            }
+            host_link::block_on(async { procedure(&mut session, bench).await })
         }
     }
 }

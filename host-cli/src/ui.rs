@@ -5,7 +5,7 @@
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
@@ -13,9 +13,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use campaign::bounded_text::bounded;
 
+use crate::dialogue::{self, Dialogue};
 use crate::error::{Error, Result};
 use crate::escape::{self, style_mark};
 use crate::interrupt;
+use crate::question::Question;
 use host_link::Clock;
 
 /// Emphasis.
@@ -36,6 +38,9 @@ pub fn runs(count: usize) -> String {
 
 /// The styles, in the order of their marks.
 const STYLES: [Style; 5] = [BOLD, DIM, GOOD, BAD, WARN];
+
+/// What a page calls them, and what has none.
+const STYLE_NAMES: [&str; 6] = ["bold", "dim", "good", "bad", "warn", "plain"];
 
 /// The mark at which a style ends.
 const PLAIN: u8 = STYLES.len() as u8;
@@ -62,6 +67,18 @@ fn line_of(text: impl Display) -> String {
     escape::terminal(&text.to_string(), true, style_code)
 }
 
+/// Gives lines to the page that runs this command; false if none does.
+fn is_for_page(lines: &str) -> bool {
+    let Some(dialogue) = dialogue::current() else { return false };
+    for line in lines.split('\n') {
+        let named = |(style, text): (u8, String)| {
+            (STYLE_NAMES.get(usize::from(style)).copied().unwrap_or("plain"), text)
+        };
+        dialogue.line(escape::pieces(line, PLAIN).into_iter().map(named).collect());
+    }
+    true
+}
+
 /// Prints a line of the result. A reader that has gone away is not an error.
 pub fn say(line: impl Display) {
     let _ = is_heard(line);
@@ -69,7 +86,8 @@ pub fn say(line: impl Display) {
 
 /// Prints a result of several lines.
 pub fn say_text(text: impl Display) {
-    let _ = print(&escape::terminal(&text.to_string(), false, style_code));
+    let text = text.to_string();
+    let _ = is_for_page(&text) || print(&escape::terminal(&text, false, style_code));
 }
 
 /// The first error of writing a line of the result.
@@ -77,7 +95,8 @@ static WRITE_ERROR: OnceLock<String> = OnceLock::new();
 
 /// Prints a line of the result; false if its reader has gone away, or the line cannot be written.
 pub fn is_heard(line: impl Display) -> bool {
-    print(&line_of(line))
+    let line = line.to_string();
+    is_for_page(&line) || print(&line_of(line))
 }
 
 fn print(line: &str) -> bool {
@@ -107,7 +126,8 @@ pub fn finish_output() -> Result<()> {
 
 /// Prints a line about the progress of the command.
 pub fn note(line: impl Display) {
-    let _ = writeln!(anstream::stderr().lock(), "{}", line_of(line));
+    let line = line.to_string();
+    let _ = is_for_page(&line) || writeln!(anstream::stderr().lock(), "{}", line_of(line)).is_ok();
 }
 
 /// Prints several lines about the progress of the command.
@@ -149,30 +169,44 @@ pub fn print_error(error: &Error, json: bool) {
     }
 }
 
-/// A progress bar; invisible if standard error is not a terminal.
-pub struct Progress(ProgressBar);
+/// A progress bar: on a page, or on a terminal if standard error is one.
+pub struct Progress {
+    bar: ProgressBar,
+    page: Option<(Arc<Dialogue>, String)>,
+}
 
 impl Progress {
     /// A progress bar with a title.
     pub fn new(title: impl Into<String>, quiet: bool) -> Self {
+        let title = line_of(title.into());
+        if let Some(dialogue) = dialogue::current().filter(|_| !quiet) {
+            dialogue.progress(Some((&title, 0.0)));
+            return Self { bar: ProgressBar::hidden(), page: Some((dialogue, title)) };
+        }
         if quiet || !std::io::stderr().is_terminal() {
-            return Self(ProgressBar::hidden());
+            return Self { bar: ProgressBar::hidden(), page: None };
         }
         let style = ProgressStyle::with_template("  {msg:<28} {bar:40.green/dim} {percent:>3} %")
             .unwrap_or_else(|_| ProgressStyle::default_bar())
             .progress_chars("━╸─");
-        Self(ProgressBar::new(1000).with_style(style).with_message(line_of(title.into())))
+        Self { bar: ProgressBar::new(1000).with_style(style).with_message(title), page: None }
     }
 
     /// Sets the share that is done.
     pub fn set(&self, share: f64) {
-        self.0.set_position((share * 1000.0) as u64);
+        self.bar.set_position((share * 1000.0) as u64);
+        if let Some((dialogue, title)) = &self.page {
+            dialogue.progress(Some((title, share)));
+        }
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
+        if let Some((dialogue, _)) = &self.page {
+            dialogue.progress(None);
+        }
     }
 }
 
@@ -182,7 +216,7 @@ pub struct Steps(ProgressBar);
 impl Steps {
     /// Nothing so far.
     pub fn new(quiet: bool) -> Self {
-        if quiet || !std::io::stderr().is_terminal() {
+        if quiet || dialogue::current().is_some() || !std::io::stderr().is_terminal() {
             return Self(ProgressBar::hidden());
         }
         let style = ProgressStyle::with_template("  {spinner} {msg}")
@@ -219,10 +253,14 @@ const NOBODY: &str =
     "run it in a terminal, or with --yes; --measure track:FILE takes poses from a file";
 
 /// Asks the user and waits for an answer, which may be empty.
-pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
+pub async fn ask(question: &Question, clock: &Clock) -> Result<String> {
+    if let Some(dialogue) = dialogue::current() {
+        return ask_page(&dialogue, question, clock).await;
+    }
     {
         let mut stderr = anstream::stderr().lock();
-        let _ = write!(stderr, "{} ", line_of(format_args!("{} {question}", paint(BOLD, "?"))));
+        let line = format_args!("{} {}", paint(BOLD, "?"), question.on_terminal()).to_string();
+        let _ = write!(stderr, "{} ", line_of(line));
         let _ = stderr.flush();
     }
     let (sender, receiver) = async_channel::bounded(1);
@@ -253,11 +291,29 @@ pub async fn ask(question: &str, clock: &Clock) -> Result<String> {
             }
             Err(_) if interrupt::requested() => {
                 note("");
-                return Err(Error::interrupted("stopped by Ctrl-C"));
+                return Err(Error::interrupted(interrupt::words()));
             }
             // In virtual time the simulated robot waits too.
-            Err(_) if clock.is_virtual() => std::thread::sleep(Duration::from_millis(50)),
-            Err(_) => clock.sleep(Duration::from_millis(50)).await,
+            Err(_) if clock.is_virtual() => std::thread::sleep(LOOKED_EVERY),
+            Err(_) => clock.sleep(LOOKED_EVERY).await,
         }
+    }
+}
+
+/// For an answer is looked this often.
+const LOOKED_EVERY: Duration = Duration::from_millis(50);
+
+async fn ask_page(dialogue: &Dialogue, question: &Question, clock: &Clock) -> Result<String> {
+    dialogue.ask(question);
+    loop {
+        if let Some(answer) = dialogue.take_answer() {
+            note(format_args!("{} {} {answer}", paint(BOLD, "?"), question.text()));
+            return Ok(answer.trim().to_owned());
+        }
+        if interrupt::requested() {
+            dialogue.withdraw();
+            return Err(Error::interrupted(interrupt::words()));
+        }
+        clock.sleep(LOOKED_EVERY).await;
     }
 }

@@ -24,6 +24,7 @@
 //! | [`share`] | a serial port that several hosts use at once |
 //! | [`wire`], [`clock`] | bytes and time of a session |
 //! | [`cancel`] | a request to end a procedure in good order |
+//! | [`lease`] | for how long a motion goes on by itself, and who keeps it alive |
 //! | [`key_file`] | the file of a pre-shared key |
 //! | [`stream`] | telemetry in order, without gaps |
 //! | [`error`] | what can go wrong |
@@ -39,6 +40,7 @@ pub mod clock;
 pub mod error;
 pub mod key_file;
 mod key_file_problem;
+pub mod lease;
 pub mod limits;
 pub mod listen;
 pub mod motion;
@@ -55,6 +57,7 @@ pub use async_io::block_on;
 pub use cancel::Cancel;
 pub use clock::Clock;
 pub use error::{Error, Result};
+pub use lease::Holder;
 pub use motion::Motion;
 pub use session::Session;
 pub use wire::Wire;

@@ -7,6 +7,7 @@
 mod config;
 mod emergency_stop;
 mod key;
+mod leases;
 mod motion_ids;
 mod open;
 mod sealing;
@@ -24,6 +25,8 @@ use shared_proto::{
 use crate::cancel::Cancel;
 use crate::clock::Clock;
 use crate::error::{Error, Result, name_of};
+use crate::lease::Holder;
+pub use crate::lease::LEASE;
 use crate::robot_clock::RobotClock;
 pub use crate::statistics::HostStatistics;
 use crate::stream::Stream;
@@ -40,9 +43,6 @@ const GIVE_UP_AFTER: Duration = Duration::from_millis(1500);
 
 /// A save may have to erase all of the store first: four sectors of half a second.
 const GIVE_UP_SAVING_AFTER: Duration = Duration::from_secs(5);
-
-/// What the host wants is void after this long, and a motion that is not renewed ends.
-pub const LEASE: Duration = Duration::from_millis(200);
 
 /// What moves nothing may be held up for longer: at the slowest baud rate a configuration takes 171 ms by itself.
 const LEASE_AT_REST: Duration = Duration::from_secs(1);
@@ -62,6 +62,7 @@ pub struct Session {
     wire: Box<dyn Wire>,
     clock: Clock,
     cancel: Cancel,
+    holder: Option<Holder>,
     port: String,
     number: u32,
     robot_clock: RobotClock,
@@ -91,6 +92,7 @@ impl Session {
             wire: Box::new(wire),
             clock,
             cancel: Cancel::default(),
+            holder: None,
             port,
             number,
             robot_clock: RobotClock::default(),
@@ -126,21 +128,6 @@ impl Session {
     /// The clock of this session.
     pub fn clock(&self) -> Clock {
         self.clock.clone()
-    }
-
-    /// Makes this session's procedures end in good order once `cancel` is requested.
-    pub fn cancel_by(&mut self, cancel: &Cancel) {
-        self.cancel = cancel.clone();
-    }
-
-    /// Whether the procedures of this session are to end.
-    pub fn is_cancelled(&self) -> bool {
-        self.cancel.is_requested()
-    }
-
-    /// When a lease that is given now ends, on the robot's clock \[ms\].
-    pub fn lease_end_ms(&self) -> u64 {
-        self.robot_clock.lease_end_ms(LEASE, self.clock.now_us())
     }
 
     /// A number for the next motion.
@@ -180,7 +167,7 @@ impl Session {
             if request.command.needs_lease() {
                 let lease = match request.command {
                     Command::WriteConfig(_) | Command::RestoreConfig(_) => LEASE_AT_REST,
-                    _ => LEASE,
+                    _ => self.lease(),
                 };
                 request.until_ms = self.robot_clock.lease_end_ms(lease, self.clock.now_us());
             }

@@ -65,14 +65,14 @@ pub enum Refused {
     Unreadable,
 }
 
-/// So many hosts may talk at once, behind one line.
-const SESSIONS: usize = 4;
+/// So many hosts may talk at once, behind one line: a driver, eight that watch, and commands that come and go.
+const SESSIONS: usize = 16;
 
 /// The hosts with which the robot has agreed on the protocol.
 pub struct Sessions {
     known: [Option<Session>; SESSIONS],
-    /// The one that a further host replaces.
-    next: usize,
+    /// Counts what was received.
+    now: u32,
     /// For which access, see [`Access::boot`].
     boot: Option<Nonce>,
     /// So many challenges have been answered.
@@ -84,6 +84,8 @@ struct Session {
     number: u32,
     /// The id of the latest request that changed something.
     latest: u32,
+    /// Of all that was received, the last that was its own.
+    heard: u32,
     /// With a key.
     sealed: Option<Sealed>,
 }
@@ -112,7 +114,7 @@ impl Default for Sessions {
 impl Sessions {
     /// Nobody is known.
     pub const fn new() -> Self {
-        Self { known: [None; SESSIONS], next: 0, boot: None, answered: 0 }
+        Self { known: [None; SESSIONS], now: 0, boot: None, answered: 0 }
     }
 
     /// Whether the robot understands this session's requests.
@@ -150,7 +152,7 @@ impl Sessions {
                 if !host.agrees_with(&robot) {
                     self.forget(host.session);
                 } else if !self.knows(host.session) {
-                    self.insert(Session { number: host.session, latest: 0, sealed: None }, driver);
+                    self.insert(host.session, None, driver);
                 }
                 Some(Greeting::Hello(robot, None))
             }
@@ -186,7 +188,7 @@ impl Sessions {
                 self.answered = self.answered.wrapping_add(1);
                 self.forget(number);
                 let sealed = Some(Sealed { key: session_key, counter: 0 });
-                self.insert(Session { number, latest: 0, sealed }, driver);
+                self.insert(number, sealed, driver);
                 session_key
             }
         };
@@ -199,13 +201,17 @@ impl Sessions {
     pub fn check(&mut self, access: Access, frame: &Received<'_>) -> Result<Sender, Refused> {
         self.follow(&access);
         let number = frame.session().ok_or(Refused::Unreadable)?;
+        self.now = self.now.wrapping_add(1);
         if !matches!(access, Access::Holders { .. }) {
             return match self.known.iter().all(Option::is_none) {
                 // A request of another protocol version is not decoded.
                 true => Err(Refused::HelloFirst(0)),
                 // From before the key was cleared.
                 false if frame.seal.is_some() => Err(Refused::HelloFirst(number)),
-                false => Ok(Sender::Anybody),
+                false => {
+                    self.hear(number);
+                    Ok(Sender::Anybody)
+                }
             };
         }
         let Some(seal) = frame.seal else { return Err(Refused::Stranger(number)) };
@@ -220,7 +226,9 @@ impl Sessions {
             return Err(Refused::Again);
         }
         sealed.counter = seal.counter;
-        Ok(Sender::Holder(sealed.key))
+        let key = sealed.key;
+        self.hear(number);
+        Ok(Sender::Holder(key))
     }
 
     fn find(&self, number: u32) -> Option<&Session> {
@@ -233,13 +241,62 @@ impl Sessions {
         }
     }
 
-    fn insert(&mut self, session: Session, driver: Option<u32>) {
-        // Nobody can push the driver out by coming often.
-        let present = self.known[self.next % SESSIONS].map(|session| session.number);
-        if present.is_some() && present == driver {
-            self.next = self.next.wrapping_add(1);
+    /// Notes that a session is in use.
+    fn hear(&mut self, number: u32) {
+        let mut known = self.known.iter_mut().flatten();
+        if let Some(session) = known.find(|session| session.number == number) {
+            session.heard = self.now;
         }
-        self.known[self.next % SESSIONS] = Some(session);
-        self.next = self.next.wrapping_add(1);
+    }
+
+    /// Begins a session, in the place of the one that was silent for longest. Nobody can push the driver out by coming often.
+    fn insert(&mut self, number: u32, sealed: Option<Sealed>, driver: Option<u32>) {
+        let now = self.now.wrapping_add(1);
+        let silence = |known: &&mut Option<Session>| match known {
+            None => u64::MAX,
+            Some(session) if Some(session.number) == driver => 0,
+            Some(session) => u64::from(now.wrapping_sub(session.heard)),
+        };
+        if let Some(place) = self.known.iter_mut().max_by_key(silence) {
+            *place = Some(Session { number, latest: 0, heard: now, sealed });
+        }
+        self.now = now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn greet(sessions: &mut Sessions, number: u32, driver: Option<u32>) {
+        sessions.greet(Access::Everybody, Hello::of_this_build(number), driver);
+    }
+
+    #[test]
+    fn a_further_host_replaces_the_one_that_was_silent_for_longest_and_never_the_driver() {
+        let mut sessions = Sessions::new();
+        for number in 1..=SESSIONS as u32 {
+            greet(&mut sessions, number, None);
+        }
+        assert!((1..=SESSIONS as u32).all(|number| sessions.knows(number)));
+        sessions.hear(2);
+        greet(&mut sessions, 100, Some(1));
+        assert!(!sessions.knows(3) && [1, 2, 4, 100].iter().all(|known| sessions.knows(*known)));
+        // However many come, the driver stays, and so does whoever speaks now and then.
+        for number in 1000..1000 + 4 * SESSIONS as u32 {
+            sessions.now = sessions.now.wrapping_add(1);
+            sessions.hear(2);
+            greet(&mut sessions, number, Some(1));
+        }
+        assert!(sessions.knows(1) && sessions.knows(2) && !sessions.knows(100));
+    }
+
+    #[test]
+    fn the_count_may_begin_anew() {
+        let mut sessions = Sessions { now: u32::MAX - 4, ..Sessions::new() };
+        for number in 1..=2 * SESSIONS as u32 {
+            greet(&mut sessions, number, None);
+        }
+        assert!((SESSIONS as u32 + 1..=2 * SESSIONS as u32).all(|number| sessions.knows(number)));
     }
 }

@@ -5,6 +5,7 @@
 //! board, another robot on the simulator's clock, uses it as well. What is simulated is left to
 //! `sim-target`.
 
+mod remote;
 mod serve;
 
 use std::cell::RefCell;
@@ -17,6 +18,7 @@ use host_link::wire::{Waiting, Wire};
 use sim_target::{HostWire, Testbed};
 
 pub use host_link::listen::{ClientEvent, ClientLog};
+pub use remote::{RemoteTestbed, RobotEnded, TestbedRequests};
 pub use serve::{ServeError, ServeEvent, ServeOptions, Server, serve};
 
 /// A session with the robot at the other end of this wire, in virtual time; not opened yet.

@@ -14,11 +14,13 @@ use host_link::cancel::Cancel;
 use host_link::listen::{ClientEvent, Line, Listen};
 use sim_target::{HostWire, SimTarget, Testbed};
 
+use crate::remote::TestbedRequests;
+
 /// The simulation catches up with real time this often.
 const STEP: Duration = Duration::from_millis(1);
 
 /// What to do besides serving.
-#[derive(Clone, Debug, Default)]
+#[derive(Default)]
 pub struct ServeOptions<'a> {
     /// Write the camera's samples to this new file.
     pub camera: Option<&'a Path>,
@@ -26,6 +28,8 @@ pub struct ServeOptions<'a> {
     pub reset_on_connect: bool,
     /// Stop after this long.
     pub duration: Option<Duration>,
+    /// What other threads ask of the testbed.
+    pub requests: Option<TestbedRequests>,
 }
 
 /// What happens while a robot is served.
@@ -86,6 +90,9 @@ pub fn serve(
     let start_us = sim_target::now_us();
     while !cancel.is_requested() && options.duration.is_none_or(|end| start.elapsed() < end) {
         server.exchange(tell)?;
+        if let Some(requests) = &options.requests {
+            requests.carry_out(&server.testbed);
+        }
         target.run_until_us(start_us + start.elapsed().as_micros() as u64);
         server.exchange(tell)?;
         std::thread::sleep(STEP);

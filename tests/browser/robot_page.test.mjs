@@ -1,12 +1,12 @@
 // The page on which a robot is watched and driven, in a real browser. In real time: nothing else should run beside it.
 import assert from 'node:assert/strict';
-import { execFileSync, spawn } from 'node:child_process';
+import { execFileSync } from 'node:child_process';
 import { after, before, test } from 'node:test';
-import { createInterface } from 'node:readline';
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import { tmpdir } from 'node:os';
-import { at, beeline, launch, openPage, pictures } from './page.mjs';
+import { beeline, launch, openPage, pictures } from './page.mjs';
+import { endAll, isState, servePage, signal, started } from './robots.mjs';
 
 // Whatever hangs must not hang for ever.
 const LIMIT = { timeout: 120_000 };
@@ -17,25 +17,13 @@ let folder;
 let browser;
 let robot;
 // What a test that fails leaves behind.
-const children = [];
 const browsers = [];
 
-/** A command, and the first line that it prints, as JSON. */
-async function started(...args) {
-  const child = spawn(beeline, [...args, '--json'], { ...at(folder), stdio: ['ignore', 'pipe', 'inherit'] });
-  children.push(child);
-  const lines = createInterface(child.stdout);
-  const [first] = await new Promise((found) => lines.once('line', (...line) => found(line)));
-  const value = JSON.parse(first);
-  assert.equal(value.error, undefined);
-  return { child, lines, first: value };
-}
-
-const serve = (port) => started('serve', '--port', port, '--no-open', '--listen', '127.0.0.1:0');
+const serve = (port) => servePage(folder, port);
 
 /** Another program that watches: the robot's states as they come, in the robot's own words. */
 async function watch(port) {
-  const { child, lines, first } = await started('watch', '--port', port, '--rate', '100');
+  const { child, lines, first } = await started(folder, 'watch', '--port', port, '--rate', '100');
   const seen = { last: first };
   let told = () => {};
   lines.on('line', (line) => {
@@ -65,17 +53,16 @@ before(async () => {
   folder = mkdtempSync(join(tmpdir(), 'beeline-'));
   browser = await another();
   // A robot of its own process: what becomes of the page's server does not touch it.
-  robot = await started('sim', '--listen', 'tcp:127.0.0.1:0');
+  robot = await started(folder, 'sim', '--listen', 'tcp:127.0.0.1:0');
 });
 
 after(async () => {
-  children.forEach((child) => child.kill());
+  endAll();
   await Promise.all(browsers.map((each) => each.close()));
   rmSync(folder, { recursive: true });
 });
 
 const port = () => robot.first.listening;
-const isState = (page, ...states) => page.waitForFunction((wanted) => wanted.includes(document.querySelector('#state').textContent), states);
 
 for (const width of [1280, 390]) {
   for (const scheme of ['light', 'dark']) {
@@ -91,7 +78,7 @@ for (const width of [1280, 390]) {
       await page.keyboard.down('ArrowLeft');
       await page.waitForTimeout(900);
       assert.equal(await page.textContent('#state'), 'driving');
-      if (scheme === 'light' || pictures.endsWith('browser')) await page.screenshot({ path: join(pictures, `robot-${width}${scheme === 'dark' ? '-dark' : ''}.png`) });
+      if (pictures.endsWith('browser')) await page.screenshot({ path: join(pictures, `drive-${width}-${scheme}.png`) });
       await page.keyboard.up('ArrowLeft');
       await page.keyboard.up('ArrowUp');
       await isState(page, 'idle');
@@ -178,8 +165,6 @@ async function deadMan(name, gone, times = Number(process.env.BEELINE_TIMES ?? 4
 test('a tab that is closed stops the robot', LIMIT, () => deadMan('tab closed', ({ page }) => void page.close()));
 
 test('a server that is killed stops the robot', LIMIT, () => deadMan('server killed', ({ child }) => void child.kill('SIGKILL')));
-
-const signal = (pids, name) => pids.forEach((pid) => process.kill(pid, name));
 
 test('a page that is frozen stops the robot', LIMIT, () =>
   deadMan('page frozen', ({ renderers }) => {

@@ -2,6 +2,7 @@
 
 use std::process::Command;
 
+use crate::emulated::IMAGE;
 use crate::repository::{root, target_folder};
 use crate::steps::{Outcome, run};
 
@@ -17,16 +18,27 @@ pub fn test() -> Outcome {
     node("model_page.test.mjs")
 }
 
-/// The page of a robot that moves in real time, once [`test()`] has fetched what drives the browser.
-pub fn real_time() -> Outcome {
-    node("robot_page.test.mjs")
+/// The page of robots that move in real time, one of them this image on the emulated board, once [`test()`] has fetched what
+/// drives the browser.
+pub fn real_time(image: &str) -> Outcome {
+    let emulator = target_folder().join("debug").join("emulate");
+    let with = |node: &mut Command| {
+        node.env("BEELINE_EMULATOR", &emulator).env(IMAGE, image);
+    };
+    node_with("robot_page.test.mjs", with)?;
+    node_with("procedures.test.mjs", with)
 }
 
 fn node(tests: &str) -> Outcome {
+    node_with(tests, |_| ())
+}
+
+fn node_with(tests: &str, with: impl Fn(&mut Command)) -> Outcome {
     let beeline = target_folder().join("debug").join("beeline");
     let mut node = Command::new("node");
     node.args(["--test", "--test-reporter=spec", tests]);
     node.current_dir(root().join(FOLDER)).env("BEELINE", beeline);
+    with(&mut node);
     run(
         &mut node,
         "what failed in the browser stands above; pictures of the page are in target/browser",

@@ -82,7 +82,7 @@ fn all(steps: &mut Steps) -> Outcome {
     let wait = ["--test-threads", REAL_TIME_THREADS];
     let arguments = [&[REAL_TIME], &wait[..]].concat();
     steps.run("real time", || test_binaries::run_one(&binaries, "binary", &arguments))?;
-    steps.run("robot's page", browser::real_time)
+    steps.run("robot's page", || browser::real_time(&image))
 }
 
 /// Builds the tests, and the images beside them: of an image the last and longest part, its optimisation as a whole,

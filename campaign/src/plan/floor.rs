@@ -23,37 +23,11 @@ impl Floor {
     /// The robot is assumed to reach one track width from its middle in every direction.
     pub fn of(pieces: &[Piece], track_width_m: f64) -> Self {
         let mut floor = Self::default();
-        let (mut x_m, mut y_m, mut heading_rad) = (0.0_f64, 0.0_f64, 0.0_f64);
-        let mut reach = |x_m: f64, y_m: f64| {
+        for [x_m, y_m] in nominal_path(pieces) {
             floor.ahead_m = floor.ahead_m.max(x_m);
             floor.behind_m = floor.behind_m.max(-x_m);
             floor.left_m = floor.left_m.max(y_m);
             floor.right_m = floor.right_m.max(-y_m);
-        };
-        for piece in pieces {
-            match *piece {
-                Piece::Straight { travel_m, .. } => {
-                    x_m += travel_m * heading_rad.cos();
-                    y_m += travel_m * heading_rad.sin();
-                    reach(x_m, y_m);
-                }
-                Piece::Spin { turn_rad, .. } => heading_rad += turn_rad,
-                Piece::Arc { radius_m, turn_rad, .. } => {
-                    // The centre is on the side to which the robot turns.
-                    let side_m = radius_m * turn_rad.signum();
-                    let center =
-                        [x_m - side_m * heading_rad.sin(), y_m + side_m * heading_rad.cos()];
-                    const CHORDS: u32 = 90;
-                    for i in 1..=CHORDS {
-                        let now = heading_rad + turn_rad * f64::from(i) / f64::from(CHORDS);
-                        x_m = center[0] + side_m * now.sin();
-                        y_m = center[1] - side_m * now.cos();
-                        reach(x_m, y_m);
-                    }
-                    heading_rad += turn_rad;
-                }
-                Piece::Rest { .. } => {}
-            }
         }
         Self {
             ahead_m: floor.ahead_m + track_width_m,
@@ -77,6 +51,37 @@ impl Floor {
             right_m: self.right_m.max(other.right_m),
         }
     }
+}
+
+/// Where the nominal robot goes that drives these pieces from the origin, along x: x and y of the middle between its wheels \[m\].
+pub fn nominal_path(pieces: &[Piece]) -> Vec<[f64; 2]> {
+    const CHORDS: u32 = 90;
+    let (mut x_m, mut y_m, mut heading_rad) = (0.0_f64, 0.0_f64, 0.0_f64);
+    let mut path = vec![[x_m, y_m]];
+    for piece in pieces {
+        match *piece {
+            Piece::Straight { travel_m, .. } => {
+                x_m += travel_m * heading_rad.cos();
+                y_m += travel_m * heading_rad.sin();
+                path.push([x_m, y_m]);
+            }
+            Piece::Spin { turn_rad, .. } => heading_rad += turn_rad,
+            Piece::Arc { radius_m, turn_rad, .. } => {
+                // The centre is on the side to which the robot turns.
+                let side_m = radius_m * turn_rad.signum();
+                let center = [x_m - side_m * heading_rad.sin(), y_m + side_m * heading_rad.cos()];
+                for i in 1..=CHORDS {
+                    let now = heading_rad + turn_rad * f64::from(i) / f64::from(CHORDS);
+                    x_m = center[0] + side_m * now.sin();
+                    y_m = center[1] - side_m * now.cos();
+                    path.push([x_m, y_m]);
+                }
+                heading_rad += turn_rad;
+            }
+            Piece::Rest { .. } => {}
+        }
+    }
+    path
 }
 
 #[cfg(test)]

@@ -36,6 +36,7 @@ use self::mean_of_runs::{is_straight_within, mean};
 use self::readiness::check;
 use crate::calibration_page::Basis;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::pose_source::{Mark, PoseSource};
 use crate::undo::{self, Undo};
 use crate::wheel_angles::geometry;
@@ -363,7 +364,10 @@ impl Bench<'_> {
         checks: &Checks,
     ) -> Result<()> {
         if self.session.is_cancelled() {
-            return Err(Error::interrupted("stopped by Ctrl-C; the new W_T is not saved"));
+            return Err(Error::interrupted(format_args!(
+                "{}; the new W_T is not saved",
+                interrupt::words()
+            )));
         }
         let undo = Undo {
             robot: checks.identity.name.as_str().into(),

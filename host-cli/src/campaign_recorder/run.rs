@@ -14,6 +14,7 @@ use super::piece;
 use super::resumed::planned_facts;
 use super::samples::{columns, on_one_encoder, rows};
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::pose_source::align::reckoned;
 use crate::pose_source::{PoseSource, RunMeasurement};
 
@@ -139,7 +140,10 @@ async fn rest(
         progress((rested_s / duration_s).min(1.0));
         if session.is_cancelled() {
             let _ = session.ask(Command::Subscribe { period_ms: 0 }).await;
-            return Err(Error::interrupted("stopped by Ctrl-C; the robot stands still"));
+            return Err(Error::interrupted(format_args!(
+                "{}; the robot stands still",
+                interrupt::words()
+            )));
         }
         if rested_s >= duration_s {
             break;

@@ -228,15 +228,17 @@ pub struct ReportArgs {
 With a campaign: switch effects of the catalogue on and off, and see at once the cross-validated and the held-out
 error, paths and residuals. Only model.toml changes, and only if you save.
 
-Without one: watch the robot at --port live, and drive it while you hold a button. This program then has the
-serial port open; other beeline commands with the same --port go through it.
+Without one: watch the robot at --port live, drive it while you hold a button, and be guided through a calibration,
+a tuning or a campaign. This program then has the serial port open; other beeline commands with the same --port go
+through it. With both, the page shows what the campaign's model predicts.
 
 Examples:
   beeline serve my-robot
   beeline serve --port /dev/ttyACM0
+  beeline serve my-robot --port /dev/ttyACM0
   beeline serve                          a simulated robot")]
 pub struct ServeArgs {
-    /// The campaign folder; without it, the page is that of the robot.
+    /// The campaign folder; without it, or with --port, the page is that of the robot.
     pub campaign: Option<PathBuf>,
     /// Where the page is served. Beyond this machine only someone with the printed link can open it
     /// [default: 127.0.0.1:7780, or another port if that is taken].

@@ -102,6 +102,11 @@ pub struct Common {
 }
 
 impl Common {
+    /// Whether the robot forgets what it saves: a simulated one without a file for its flash.
+    pub fn robot_forgets(&self) -> bool {
+        matches!(self.port, Port::Sim(_) | Port::Served(..)) && self.flash.is_none()
+    }
+
     /// The options of the simulator, and the key.
     pub fn sim(&self) -> SimOptions {
         SimOptions {

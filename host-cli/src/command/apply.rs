@@ -18,6 +18,7 @@ use crate::fit_cache::{FitCache, Question};
 use crate::hex::hex;
 use crate::port::with_robot;
 use crate::quantity::LengthUnit;
+use crate::question;
 use crate::ui::{self, BOLD, DIM, GOOD, note, note_text, paint, say, warn};
 use crate::undo::{Undo, state_folder};
 
@@ -70,8 +71,8 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
             return Ok((change, false));
         }
         if !args.yes {
-            let question = "Write and save this? y or n:";
-            let answer = ui::ask(question, &session.clock()).await?.to_lowercase();
+            let question = question::Question::new("Write and save this? y or n:");
+            let answer = ui::ask(&question, &session.clock()).await?.to_lowercase();
             if !matches!(answer.as_str(), "y" | "yes") {
                 return Err(Error::interrupted("nothing was written; the robot is as it was"));
             }

@@ -70,7 +70,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Export(args) => export::run(common, args),
         Command::Model(args) => model::run(common, args),
         Command::Report(args) => report::run(common, args),
-        Command::Serve(args) => serve::run(common, args),
+        Command::Serve(args) => serve::run(common, args, run),
         Command::WheelWeight(args) => wheel_weight::run(common, args),
         Command::Sim(args) => sim::run(common, args),
         Command::Completions { .. } if common.json => {

@@ -48,6 +48,7 @@ pub(super) fn run(common: &Common, args: &SimArgs) -> Result<()> {
         duration: args
             .duration
             .map(|time| Duration::try_from_secs_f64(time.s).unwrap_or(Duration::MAX)),
+        requests: None,
     };
     let mut log = ClientLog::default();
     let mut tell = |event| match event {

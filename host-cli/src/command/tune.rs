@@ -78,7 +78,7 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     if common.json {
         say(as_json(&tuned));
     } else {
-        print(&tuned, forgets);
+        print(&tuned, common.robot_forgets());
     }
     written?;
     Ok(())

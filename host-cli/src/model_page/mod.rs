@@ -18,5 +18,6 @@ mod server;
 mod workbench;
 
 pub use offline::offline_page;
+pub use request::ModelRequest;
 pub use server::serve;
 pub use workbench::Workbench;

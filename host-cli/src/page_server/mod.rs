@@ -10,7 +10,7 @@
 mod access;
 mod answer;
 
-use std::net::{SocketAddr, TcpListener};
+use std::net::{IpAddr, SocketAddr, TcpListener};
 use std::time::Duration;
 
 use axum::Router;
@@ -85,6 +85,11 @@ impl Server {
         let address = listener.local_addr()?;
         let access = Access::at(address).map_err(std::io::Error::other)?;
         Ok(Self { listener, access, address })
+    }
+
+    /// Of its address.
+    pub fn ip(&self) -> IpAddr {
+        self.address.ip()
     }
 
     /// The link to the page.

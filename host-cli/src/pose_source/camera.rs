@@ -1,6 +1,7 @@
 //! The simulator's testbed as a source of poses: its overhead camera and its gyro. The robot is
 //! carried to its marks without asking anybody.
 
+use std::rc::Rc;
 use std::time::Duration;
 
 use campaign::plan::PlannedRun;
@@ -12,23 +13,25 @@ use sim_target::Testbed;
 use sim_target::plant::Pose;
 
 use super::align::Reckoned;
+use super::bench::Bench;
 use super::{DriveOrSkip, Mark, PoseClock, PoseSource, RunMeasurement, Sigma, YawRate};
 use crate::error::Result;
 
 /// How long it takes to carry the robot to the mark of a run.
 const CARRY: Duration = Duration::from_secs(10);
+const CARRY_REAL: Duration = Duration::from_secs(1);
 
 /// The simulator's camera.
 pub struct Camera {
-    testbed: Testbed,
+    bench: Bench,
     /// The number of readings of the yaw rate sensor before the run.
     rates_before: usize,
 }
 
 impl Camera {
     /// The camera of this testbed.
-    pub fn new(testbed: Testbed) -> Self {
-        Self { testbed, rates_before: 0 }
+    pub fn new(bench: Bench) -> Self {
+        Self { bench, rates_before: 0 }
     }
 }
 
@@ -40,11 +43,16 @@ impl PoseSource for Camera {
     ) -> Waiting<'a, Result<DriveOrSkip>> {
         Box::pin(async move {
             match mark {
-                Mark::Line(_) => self.testbed.place_at_start(),
+                Mark::Line(_) => self.bench.with(Testbed::place_at_start)?,
                 Mark::Run(run) => {
-                    clock.sleep(CARRY).await;
-                    self.testbed.set_payload(run.payload_kg);
-                    self.testbed.place_on(Pose { heading_rad: run.heading_rad, ..Pose::default() });
+                    // Somebody looks on where the time is real.
+                    let carry = if clock.is_virtual() { CARRY } else { CARRY_REAL };
+                    clock.sleep(carry).await;
+                    let (payload_kg, heading_rad) = (run.payload_kg, run.heading_rad);
+                    self.bench.with(move |testbed| {
+                        testbed.set_payload(payload_kg);
+                        testbed.place_on(Pose { heading_rad, ..Pose::default() });
+                    })?;
                 }
             }
             Ok(DriveOrSkip::Drive)
@@ -52,12 +60,16 @@ impl PoseSource for Camera {
     }
 
     fn begin(&mut self) -> Result<usize> {
-        self.rates_before = self.testbed.gyro_len();
-        Ok(self.testbed.camera_len())
+        self.rates_before = self.bench.with(Testbed::gyro_len)?;
+        self.bench.with(Testbed::camera_len)
     }
 
     fn trigger(&self) -> Option<Trigger> {
-        Some(sim_link::camera_trigger(self.testbed.clone()))
+        let bench = self.bench.clone();
+        Some(Rc::new(move |t_us| {
+            // Without the trigger, its pictures have other times: nothing is lost.
+            let _ = bench.with(move |testbed| testbed.trigger_camera(t_us));
+        }))
     }
 
     fn measures_while_driving(&self) -> bool {
@@ -65,7 +77,7 @@ impl PoseSource for Camera {
     }
 
     fn pose_count(&self) -> Result<Option<usize>> {
-        Ok(Some(self.testbed.camera_len()))
+        Ok(Some(self.bench.with(Testbed::camera_len)?))
     }
 
     fn poses_from(&self, first: usize) -> Result<Vec<TrackSample>> {
@@ -75,15 +87,17 @@ impl PoseSource for Camera {
             y_m: sample.y_m,
             heading_rad: Some(sample.heading_rad),
         };
-        Ok(self.testbed.camera_samples_from(first).into_iter().map(pose).collect())
+        let samples = self.bench.with(move |testbed| testbed.camera_samples_from(first))?;
+        Ok(samples.into_iter().map(pose).collect())
     }
 
     fn pose_clock(&self) -> PoseClock {
-        PoseClock::Robot { delay_known: self.testbed.camera_parameters().delay_known }
+        let delay_known = self.bench.with(|testbed| testbed.camera_parameters().delay_known);
+        PoseClock::Robot { delay_known: delay_known.unwrap_or(false) }
     }
 
     fn noise(&self) -> Option<Sigma> {
-        let parameters = self.testbed.camera_parameters();
+        let parameters = self.bench.with(Testbed::camera_parameters).ok()?;
         let (position_m, heading_rad) = (parameters.position_sigma_m, parameters.heading_sigma_rad);
         Some(Sigma { position_m, heading_rad })
     }
@@ -99,11 +113,12 @@ impl PoseSource for Camera {
     }
 
     fn yaw_rates(&mut self, _: &str, _: &[Reckoned]) -> Result<Vec<YawRate>> {
-        let readings = self.testbed.gyro_samples_from(self.rates_before).into_iter();
-        Ok(readings.map(|reading| (reading.t_s, reading.yaw_rate_rad_s)).collect())
+        let before = self.rates_before;
+        let readings = self.bench.with(move |testbed| testbed.gyro_samples_from(before))?;
+        Ok(readings.into_iter().map(|reading| (reading.t_s, reading.yaw_rate_rad_s)).collect())
     }
 
     fn is_simulated(&self) -> bool {
-        true
+        self.bench.is_own()
     }
 }

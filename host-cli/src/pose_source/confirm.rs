@@ -5,21 +5,35 @@ use host_link::Clock;
 
 use super::mark::{DriveOrSkip, Mark};
 use crate::error::{Error, Result};
+use crate::question::{Choice, Picture, Question};
 use crate::ui;
+
+/// Before a drive along a line.
+const AT_LINE: &[Choice] = &[Choice { label: "It stands there: drive", answer: "" }];
+/// Before a run.
+pub(super) const AT_MARK: &[Choice] = &[
+    Choice { label: "It stands there: drive", answer: "" },
+    Choice { label: "Skip this run", answer: "s" },
+];
 
 /// Asks a person to put the robot at a mark, and waits for the answer.
 pub(super) async fn confirm(clock: &Clock, mark: Mark<'_>) -> Result<DriveOrSkip> {
     match mark {
         Mark::Line(place) => {
-            let question = format!("Put the robot {place}, with room ahead, and press Enter:");
+            let question = Question::new(format!("Put the robot {place}, with room ahead"))
+                .picture(Picture::Line)
+                .choices(AT_LINE, ", and press Enter:")
+                .not_typed();
             match ui::ask(&question, clock).await?.to_lowercase().as_str() {
                 "" | "y" | "yes" => Ok(DriveOrSkip::Drive),
                 _ => Err(Error::interrupted("not driven")),
             }
         }
         Mark::Run(run) => loop {
-            let question =
-                format!("{} Enter to drive, s to skip it, q to stop here:", ask_for(run));
+            let question = Question::new(ask_for(run))
+                .picture(Picture::Mark)
+                .choices(AT_MARK, " Enter to drive, s to skip it, q to stop here:")
+                .not_typed();
             match ui::ask(&question, clock).await?.to_lowercase().as_str() {
                 "" | "y" | "yes" => return Ok(DriveOrSkip::Drive),
                 "s" | "skip" => return Ok(DriveOrSkip::Skip),

@@ -10,10 +10,11 @@
 //! | [`none`] | | |
 //! | [`with_gyro`] | one of the others | and a yaw rate sensor that is logged to a file ([`gyro_log`]) |
 //!
-//! [`align`] shifts times on another clock to the robot's. What follows from a measurement is left
+//! [`bench`] is the testbed of a simulated robot; [`align`] shifts times on another clock to the robot's. What follows from a measurement is left
 //! to [`crate::calibrate`] and [`crate::campaign_recorder`].
 
 pub mod align;
+pub mod bench;
 pub mod camera;
 mod confirm;
 pub mod gyro_log;

@@ -5,25 +5,26 @@ use host_link::wire::Waiting;
 use robot_model::calibration::Deviation;
 use sim_target::Testbed;
 
+use super::bench::Bench;
 use super::{DriveOrSkip, Mark, PoseSource};
 use crate::error::Result;
 
 /// Reads how far the robot is along its start line, and off it.
 pub struct Ruler {
-    testbed: Testbed,
+    bench: Bench,
 }
 
 impl Ruler {
     /// The ruler of this testbed.
-    pub fn new(testbed: Testbed) -> Self {
-        Self { testbed }
+    pub fn new(bench: Bench) -> Self {
+        Self { bench }
     }
 }
 
 impl PoseSource for Ruler {
     fn place<'a>(&'a mut self, _: &'a Clock, _: Mark<'a>) -> Waiting<'a, Result<DriveOrSkip>> {
-        self.testbed.place_at_start();
-        Box::pin(async { Ok(DriveOrSkip::Drive) })
+        let placed = self.bench.with(Testbed::place_at_start);
+        Box::pin(async { placed.map(|()| DriveOrSkip::Drive) })
     }
 
     fn read_deviation<'a>(
@@ -31,13 +32,15 @@ impl PoseSource for Ruler {
         _: &'a Clock,
         accept: &'a mut dyn FnMut(Deviation) -> Result<()>,
     ) -> Waiting<'a, Result<()>> {
-        let (y_m, sigma_m) = (self.testbed.read_offset().left_m, self.testbed.ruler_sigma_m());
-        let accepted = accept(Deviation::LateralOffset { y_m, sigma_m });
+        let read =
+            self.bench.with(|testbed| (testbed.read_offset().left_m, testbed.ruler_sigma_m()));
+        let accepted =
+            read.and_then(|(y_m, sigma_m)| accept(Deviation::LateralOffset { y_m, sigma_m }));
         Box::pin(async { accepted })
     }
 
     fn read_offset<'a>(&'a mut self, _: &'a Clock) -> Waiting<'a, Result<[f64; 2]>> {
-        let reading = self.testbed.read_offset();
-        Box::pin(async move { Ok([reading.forward_m, reading.left_m]) })
+        let reading = self.bench.with(Testbed::read_offset);
+        Box::pin(async { reading.map(|reading| [reading.forward_m, reading.left_m]) })
     }
 }

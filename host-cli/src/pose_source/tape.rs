@@ -15,10 +15,12 @@ use robot_model::checks::implausible_end_pose;
 use robot_model::kinematics::Pose;
 use robot_model::recording::PoseMeasurement;
 use sim_target::Testbed;
+use sim_target::instruments::EndReading;
 
 use super::align::{Reckoned, on_robot_clock};
+use super::bench::Bench;
 use super::confirm::confirm;
-use super::confirm::{ask_for, stopped};
+use super::confirm::{AT_MARK, ask_for, stopped};
 use super::reading::{
     Heading, Reading, Reply, as_read, parse_deviation, parse_heading, parse_pose, parse_reply,
 };
@@ -26,6 +28,7 @@ use super::track_file::no_shift;
 use super::{DriveOrSkip, Mark, PoseSource, RunMeasurement, Sigma};
 use crate::error::Result;
 use crate::quantity::{Length, join_units};
+use crate::question::{Choice, Picture, Question};
 use crate::ui;
 
 /// A person who measures with a tape or a ruler.
@@ -33,7 +36,7 @@ pub struct Tape {
     /// Whether to ask before each run.
     confirm: bool,
     /// The testbed of a simulated robot.
-    testbed: Option<Testbed>,
+    bench: Option<Bench>,
     /// The uncertainty of a reading.
     sigma: Sigma,
     /// Where the robot stood before the run.
@@ -42,6 +45,19 @@ pub struct Tape {
     by_tape: bool,
     /// Whether the axes and units were explained.
     explained: bool,
+}
+
+/// After a run.
+const AFTER_RUN: &[Choice] = &[
+    Choice { label: "Not measured", answer: "" },
+    Choice { label: "Drive it again", answer: "repeat" },
+    Choice { label: "Skip this run", answer: "skip" },
+];
+
+/// Lengths as a person types them.
+fn millimetres(lengths_m: &[f64]) -> String {
+    let typed = |length_m: &f64| format!("{:.1}mm", length_m * 1e3);
+    lengths_m.iter().map(typed).collect::<Vec<_>>().join(" ")
 }
 
 impl Sigma {
@@ -55,9 +71,9 @@ impl Sigma {
 }
 
 impl Tape {
-    /// A person who reads with this uncertainty; `testbed` is that of a simulated robot.
-    pub fn new(confirm: bool, sigma: Sigma, testbed: Option<Testbed>) -> Self {
-        Self { confirm, testbed, sigma, start: Pose::ORIGIN, by_tape: false, explained: false }
+    /// A person who reads with this uncertainty; `bench` is that of a simulated robot.
+    pub fn new(confirm: bool, sigma: Sigma, bench: Option<Bench>) -> Self {
+        Self { confirm, bench, sigma, start: Pose::ORIGIN, by_tape: false, explained: false }
     }
 
     /// Has the robot put at the mark of a run, or asks where it stands instead.
@@ -65,7 +81,7 @@ impl Tape {
         let place = ask_for(run);
         let mark = Pose::new(0.0, 0.0, run.heading_rad);
         self.start = mark;
-        if !self.explained && (self.confirm || self.testbed.is_some()) {
+        if !self.explained && (self.confirm || self.bench.is_some()) {
             self.explained = true;
             ui::note(format_args!(
                 "  x along the campaign's axis, y to its left, from the start mark to the middle of the axle; \
@@ -76,8 +92,9 @@ impl Tape {
             ));
         }
         while self.confirm {
-            let question = format!(
-                "{place} Enter to drive, its pose if it stands elsewhere (12mm -3mm 1deg), s to skip, q to stop:"
+            let question = Question::new(&place).picture(Picture::Mark).choices(
+                AT_MARK,
+                " Enter to drive, its pose if it stands elsewhere (12mm -3mm 1deg), s to skip, q to stop:",
             );
             match ui::ask(&question, clock).await?.to_lowercase().as_str() {
                 "" | "y" | "yes" => break,
@@ -94,27 +111,42 @@ impl Tape {
                 },
             }
         }
-        if let Some(testbed) = &self.testbed {
-            testbed.set_payload(run.payload_kg);
-            testbed.place_on(sim_target::plant::Pose {
-                x_m: self.start.x_m,
-                y_m: self.start.y_m,
-                heading_rad: self.start.heading_rad,
-            });
+        if let Some(bench) = &self.bench {
+            let Pose { x_m, y_m, heading_rad } = self.start;
+            let payload_kg = run.payload_kg;
+            bench.with(move |testbed| {
+                testbed.set_payload(payload_kg);
+                testbed.place_on(sim_target::plant::Pose { x_m, y_m, heading_rad });
+            })?;
         }
         Ok(DriveOrSkip::Drive)
     }
 
+    /// What the ruler of a simulated robot reads, in words.
+    fn read_ruler(&self, words: fn(&EndReading) -> String) -> Result<Option<String>> {
+        let Some(bench) = &self.bench else { return Ok(None) };
+        let read = words(&bench.with(Testbed::read_offset)?);
+        ui::note(format_args!("  a ruler would read {read}"));
+        Ok(Some(read))
+    }
+
     /// Asks where the robot stands after a run; `reckoned` is the run by dead reckoning.
     async fn ask_where(&mut self, clock: &Clock, reckoned: &[Reckoned]) -> Result<RunMeasurement> {
-        if let Some(testbed) = &self.testbed {
-            ui::note(format_args!("  a tape would read {}", as_read(testbed.pose())));
+        let suggested = match &self.bench {
+            Some(bench) => Some(as_read(bench.with(Testbed::pose)?)),
+            None => None,
+        };
+        if let Some(read) = &suggested {
+            ui::note(format_args!("  a tape would read {read}"));
         }
         let mut doubted = None;
         loop {
             self.by_tape = false;
-            let question = "Its pose now (1.795m -12mm 3deg), or a track file; Enter for neither, repeat, skip, or q:";
-            match parse_reply(&ui::ask(question, clock).await?) {
+            let question = Question::new("Its pose now (1.795m -12mm 3deg), or a track file")
+                .picture(Picture::Pose)
+                .suggested(suggested.clone())
+                .choices(AFTER_RUN, "; Enter for neither, repeat, skip, or q:");
+            match parse_reply(&ui::ask(&question, clock).await?) {
                 Ok(Reply::Pose(read)) => match self.ends(read, reckoned) {
                     Ok(mut track) => {
                         if read.heading_rad.is_none() {
@@ -193,8 +225,15 @@ impl PoseSource for Tape {
         Box::pin(async move {
             match mark {
                 Mark::Run(run) => self.put_at_its_mark(clock, run).await,
-                Mark::Line(_) if self.confirm => confirm(clock, mark).await,
-                Mark::Line(_) => Ok(DriveOrSkip::Drive),
+                Mark::Line(_) => {
+                    if self.confirm {
+                        confirm(clock, mark).await?;
+                    }
+                    if let Some(bench) = &self.bench {
+                        bench.with(Testbed::place_at_start)?;
+                    }
+                    Ok(DriveOrSkip::Drive)
+                }
             }
         })
     }
@@ -207,7 +246,10 @@ impl PoseSource for Tape {
         const QUESTION: &str = "Its offset from the line, left positive (-36mm), or dx and dy of the trace (2.525cm 1mm):";
         Box::pin(async move {
             loop {
-                let answer = ui::ask(QUESTION, clock).await?;
+                let suggested = self.read_ruler(|read| millimetres(&[read.left_m]))?;
+                let question =
+                    Question::new(QUESTION).picture(Picture::Offset).suggested(suggested);
+                let answer = ui::ask(&question, clock).await?;
                 let accepted = parse_deviation(&answer, self.sigma.position_m)
                     .and_then(|read| accept(read).map_err(|error| error.to_string()));
                 match accepted {
@@ -223,7 +265,11 @@ impl PoseSource for Tape {
             "How far is it ahead of its mark, and to the left of it (-12mm 5mm)?";
         Box::pin(async move {
             loop {
-                let answer = ui::ask(QUESTION, clock).await?;
+                let suggested =
+                    self.read_ruler(|read| millimetres(&[read.forward_m, read.left_m]))?;
+                let question =
+                    Question::new(QUESTION).picture(Picture::AheadLeft).suggested(suggested);
+                let answer = ui::ask(&question, clock).await?;
                 let lengths: std::result::Result<Vec<Length>, _> =
                     join_units(&answer).iter().map(|length| length.parse()).collect();
                 match lengths.as_deref() {
@@ -267,8 +313,10 @@ fn doubt(track: &[TrackSample], reckoned: &[Reckoned]) -> Option<String> {
 /// Asks for the heading alone.
 async fn ask_heading(clock: &Clock) -> Result<Heading> {
     loop {
-        let question = "Its heading, to the left (3deg), Enter for none, repeat, skip, or q:";
-        match parse_heading(&ui::ask(question, clock).await?) {
+        let question = Question::new("Its heading, to the left (3deg)")
+            .picture(Picture::Heading)
+            .choices(AFTER_RUN, ", Enter for none, repeat, skip, or q:");
+        match parse_heading(&ui::ask(&question, clock).await?) {
             Ok(heading) => return Ok(heading),
             Err(why) => ui::warn(why),
         }

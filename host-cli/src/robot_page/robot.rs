@@ -6,10 +6,15 @@ use std::time::Instant;
 
 use serde::Deserialize;
 use serde_json::{Value, json};
-use shared_proto::{Telemetry, WheelTelemetry};
+use shared_proto::{Config, Telemetry, WheelTelemetry};
 
-/// So many frames are kept for those who come later: at 100 Hz, ten seconds.
-const KEPT: usize = 1000;
+use super::driven::{Driven, Motion};
+
+/// So many frames are kept for those who come later: at 500 Hz, ten seconds.
+const KEPT: usize = 5000;
+
+/// So many poses of a camera: at 25 Hz, more than a minute.
+const POSES_KEPT: usize = 2000;
 
 /// A page that has heard nothing for longer moves nothing: what it sends may have waited on its way.
 const STALE_MS: u64 = 200;
@@ -21,6 +26,7 @@ const WISHES_MAX: usize = 64;
 pub struct Robot {
     begun: Instant,
     said: Mutex<Said>,
+    driven: Mutex<Motion>,
     wishes: Mutex<VecDeque<Wish>>,
 }
 
@@ -32,6 +38,20 @@ struct Said {
     rows: VecDeque<[i64; 15]>,
     /// How many frames there have been.
     count: u64,
+    /// What a camera has seen last: time \[us\], x and y \[um\], heading \[urad\].
+    poses: VecDeque<[i64; 4]>,
+    poses_count: u64,
+    /// The path that a model predicts, and how often it has.
+    prediction: Option<Value>,
+    predictions: u64,
+}
+
+/// What a listener has been told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Heard {
+    frames: u64,
+    poses: u64,
+    predictions: u64,
 }
 
 /// What the page wishes.
@@ -79,6 +99,15 @@ pub enum HeldMotion {
         /// Cruise speed \[m/s\].
         speed_mps: f64,
     },
+    /// Along a circle.
+    Arc {
+        /// Of the middle between the wheels \[m\].
+        radius_m: f64,
+        /// To the left positive \[rad\].
+        angle_rad: f64,
+        /// Cruise speed of the faster wheel \[m/s\].
+        speed_mps: f64,
+    },
     /// On the spot by so much, to the left positive.
     Spin {
         /// \[rad\]
@@ -90,7 +119,12 @@ pub enum HeldMotion {
 
 impl Default for Robot {
     fn default() -> Self {
-        Self { begun: Instant::now(), said: Mutex::default(), wishes: Mutex::default() }
+        Self {
+            begun: Instant::now(),
+            said: Mutex::default(),
+            driven: Mutex::default(),
+            wishes: Mutex::default(),
+        }
     }
 }
 
@@ -103,7 +137,9 @@ impl Robot {
     /// Adds frames of telemetry.
     pub fn push(&self, frames: impl Iterator<Item = Telemetry>) {
         let mut said = locked(&self.said);
+        let mut driven = locked(&self.driven);
         for frame in frames {
+            driven.push(frame);
             said.rows.push_back(row(&frame));
             said.count += 1;
             if said.rows.len() > KEPT {
@@ -117,13 +153,53 @@ impl Robot {
         locked(&self.said).condition = condition;
     }
 
-    /// The condition, the frames after the first `seen`, and how many there have been.
-    pub fn news(&self, seen: u64) -> (Value, u64) {
+    /// The configuration by which counts become angles.
+    pub(super) fn set_config(&self, config: &Config) {
+        *locked(&self.driven) = Motion::of(config);
+    }
+
+    /// What was driven since the last motion began, if there was one.
+    pub(super) fn driven(&self) -> Option<Driven> {
+        locked(&self.driven).driven()
+    }
+
+    pub(super) fn set_prediction(&self, prediction: Option<Value>) {
+        let mut said = locked(&self.said);
+        said.predictions += 1;
+        said.prediction = prediction;
+    }
+
+    /// Adds what a camera has seen.
+    pub fn push_poses(&self, poses: impl Iterator<Item = [i64; 4]>) {
+        let mut said = locked(&self.said);
+        for pose in poses {
+            said.poses.push_back(pose);
+            said.poses_count += 1;
+            if said.poses.len() > POSES_KEPT {
+                said.poses.pop_front();
+            }
+        }
+    }
+
+    /// The condition, and the frames and poses that whoever has `heard` this has not heard yet.
+    pub fn news(&self, heard: Heard) -> (Value, Heard) {
         let said = locked(&self.said);
-        let fresh = said.count.saturating_sub(seen).min(said.rows.len() as u64) as usize;
-        let rows: Vec<&[i64; 15]> = said.rows.iter().skip(said.rows.len() - fresh).collect();
         let now_ms = self.now_ms();
-        (json!({"condition": said.condition, "rows": rows, "now_ms": now_ms}), said.count)
+        let rows = fresh(&said.rows, said.count - heard.frames.min(said.count));
+        let mut news = json!({"condition": said.condition, "rows": rows, "now_ms": now_ms});
+        if said.poses_count > 0 {
+            news["camera"] = json!(fresh(&said.poses, said.poses_count - heard.poses));
+        }
+        if heard.predictions != said.predictions {
+            news["prediction"] = json!(said.prediction);
+        }
+        let predictions = said.predictions;
+        (news, Heard { frames: said.count, poses: said.poses_count, predictions })
+    }
+
+    /// Whether a page that has heard these news last has heard them lately.
+    pub fn is_fresh(&self, heard_ms: u64) -> bool {
+        self.now_ms().saturating_sub(heard_ms) <= STALE_MS
     }
 
     /// Takes a wish; of too many, the oldest go.
@@ -140,12 +216,11 @@ impl Robot {
         let taken = std::mem::take(&mut *locked(&self.wishes));
         let stops = |wish: &Wish| matches!(wish, Wish::Stop | Wish::CutMotors);
         let last_stop = taken.iter().rposition(stops);
-        let now_ms = self.now_ms();
         let mut due: Vec<Wish> = Vec::new();
         for (index, wish) in taken.into_iter().enumerate() {
             match wish {
                 Wish::Hold(_) if last_stop.is_some_and(|stop| index < stop) => {}
-                Wish::Hold(hold) if now_ms.saturating_sub(hold.heard_ms) > STALE_MS => {}
+                Wish::Hold(hold) if !self.is_fresh(hold.heard_ms) => {}
                 Wish::Hold(_) => {
                     due.retain(|other| !matches!(other, Wish::Hold(_)));
                     due.push(wish);
@@ -157,6 +232,12 @@ impl Robot {
         }
         due
     }
+}
+
+/// The last so many of what is kept.
+fn fresh<T>(kept: &VecDeque<T>, count: u64) -> Vec<&T> {
+    let count = kept.len().min(count as usize);
+    kept.iter().skip(kept.len() - count).collect()
 }
 
 /// A frame for the page: time \[us\], state, whether it probes, x and y \[um\], heading \[urad\], supply \[mV\]; of each wheel
@@ -221,11 +302,15 @@ mod tests {
             pose: shared_proto::Pose::default(),
         };
         robot.push((0..3 * KEPT as u32).map(frame));
-        let (news, seen) = robot.news(0);
+        let (news, heard) = robot.news(Heard::default());
         assert_eq!(news["rows"].as_array().unwrap().len(), KEPT);
         robot.push((0..2).map(frame));
-        let (news, seen) = robot.news(seen);
+        let (news, heard) = robot.news(heard);
         assert_eq!(news["rows"].as_array().unwrap().len(), 2);
-        assert_eq!(robot.news(seen).0["rows"], json!([]));
+        assert_eq!(news["camera"], Value::Null, "nobody looks");
+        robot.push_poses((0..3).map(|t_us| [t_us, 0, 0, 0]));
+        let (news, heard) = robot.news(heard);
+        assert_eq!((&news["rows"], news["camera"].as_array().unwrap().len()), (&json!([]), 3));
+        assert_eq!(robot.news(heard).0["camera"], json!([]));
     }
 }

@@ -20,8 +20,12 @@ use crate::escape::seen;
 /// No ramp of a motion from the page takes longer.
 const RAMP_MAX: Duration = Duration::from_secs(10);
 
-/// Time between two frames of telemetry \[ms\].
-const PERIOD_MS: u16 = 10;
+/// Time between two frames of telemetry \[ms\]: 500 a second, where the line carries them.
+const PERIOD_MS: u16 = 2;
+
+/// The same on a serial line below this rate \[baud\], which 500 frames of 70 bytes would fill.
+const PERIOD_SLOW_MS: u16 = 10;
+const FAST_BAUD: u32 = 900_000;
 
 /// The page's wishes are looked at this often.
 const EVERY: Duration = Duration::from_millis(8);
@@ -49,7 +53,13 @@ pub fn keep_session(
             if let Some(key) = key {
                 session.use_key(*key, key_file::random()?);
             }
-            host_link::block_on(RobotSession::run(&mut session, robot, end, &mut moves))
+            host_link::block_on(RobotSession::run(
+                &mut session,
+                robot,
+                period_ms(address),
+                end,
+                &mut moves,
+            ))
         });
         match ended {
             Ok(()) => return Ok(()),
@@ -72,10 +82,19 @@ pub fn keep_session(
     }
 }
 
+/// How often the robot at this address is asked to speak \[ms\].
+fn period_ms(address: &Address) -> u16 {
+    match address {
+        Address::Serial { baud, .. } if *baud < FAST_BAUD => PERIOD_SLOW_MS,
+        _ => PERIOD_MS,
+    }
+}
+
 /// An open session.
 struct RobotSession<'a> {
     session: &'a mut Session,
     robot: &'a Robot,
+    period_ms: u16,
     identity: Identity,
     config: Config,
     /// The motion under way.
@@ -104,15 +123,18 @@ impl<'a> RobotSession<'a> {
     async fn run(
         session: &'a mut Session,
         robot: &'a Robot,
+        period_ms: u16,
         end: &Cancel,
         moves: &mut bool,
     ) -> host_link::Result<()> {
         session.open().await?;
         let identity = session.identify().await?;
         let config = session.read_config().await?;
+        robot.set_config(&config);
         let mut robot_session = Self {
             session,
             robot,
+            period_ms,
             identity,
             config,
             driving: None,
@@ -172,7 +194,7 @@ impl<'a> RobotSession<'a> {
         let is_ours = self.armed || self.driving.is_some();
         let silent = std::mem::take(&mut self.heard) == 0;
         if silent || self.session.overhears() || (moves && !is_ours) {
-            match self.session.ask(Command::Subscribe { period_ms: PERIOD_MS }).await? {
+            match self.session.ask(Command::Subscribe { period_ms: self.period_ms }).await? {
                 // A robot that another host drives is watched.
                 Err(Refusal::Driven) => self.session.overhear(),
                 Err(refusal) => return Err(Error::Refused { request: "send telemetry", refusal }),
@@ -268,7 +290,8 @@ impl<'a> RobotSession<'a> {
         let begun = match armed {
             Ok(_) => {
                 // The robot tells others that it is driven, if its driver takes the telemetry.
-                let _ = self.session.ask(Command::Subscribe { period_ms: PERIOD_MS }).await?;
+                let subscribe = Command::Subscribe { period_ms: self.period_ms };
+                let _ = self.session.ask(subscribe).await?;
                 let command = self.command(hold.motion, id);
                 self.session.ask(command).await?
             }
@@ -303,6 +326,13 @@ impl<'a> RobotSession<'a> {
             }),
             HeldMotion::Straight { distance_m, speed_mps } => {
                 drive(WheelPair::both(distance_m), speed_mps)
+            }
+            HeldMotion::Arc { radius_m, angle_rad, speed_mps } => {
+                let half_m = angle_rad.signum() * self.config.geometry.track_width_m / 2.0;
+                let travel_m = |wheel_radius_m: f64| angle_rad.abs() * wheel_radius_m;
+                let wheels =
+                    WheelPair::new(travel_m(radius_m - half_m), travel_m(radius_m + half_m));
+                drive(wheels, speed_mps)
             }
             HeldMotion::Spin { angle_rad, speed_mps } => {
                 let travel_m = angle_rad * self.config.geometry.track_width_m / 2.0;

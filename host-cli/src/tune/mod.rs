@@ -27,6 +27,7 @@ pub use self::settings::LoopConfig;
 use self::experiments::Experiments;
 use self::floor::Floor;
 use crate::error::{Error, Result};
+use crate::interrupt;
 use crate::undo::{self, Restorable, Undo};
 
 /// What the user wants.
@@ -238,7 +239,10 @@ impl Tuner<'_> {
         (before, after): (LoopConfig, LoopConfig),
     ) -> Result<()> {
         if self.session.is_cancelled() {
-            return Err(Error::interrupted("stopped by Ctrl-C; nothing is saved"));
+            return Err(Error::interrupted(format_args!(
+                "{}; nothing is saved",
+                interrupt::words()
+            )));
         }
         let undo = Undo { robot: identity.name.as_str().into(), before, after };
         let remembered = match &self.settings.undo_folder {

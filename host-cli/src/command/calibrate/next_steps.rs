@@ -5,6 +5,7 @@ use robot_model::calibration::Source;
 use crate::calibrate::Outcome;
 use crate::calibration_page::Basis;
 use crate::cli::{CalibrateArgs, Common, Measure};
+use crate::dialogue;
 use crate::port::Port;
 use crate::ui::{DIM, paint, say};
 use crate::words;
@@ -62,6 +63,10 @@ pub(super) fn after_no_better(args: &CalibrateArgs) -> &'static str {
 
 /// Suggests commands after a successful calibration.
 pub(super) fn say_steps(common: &Common, args: &CalibrateArgs) {
+    if dialogue::current().is_some() {
+        // A page has buttons for them.
+        return;
+    }
     let steps = match common.port {
         Port::Sim(_) => on_simulator(common, args),
         _ => vec![

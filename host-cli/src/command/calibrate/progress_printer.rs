@@ -22,7 +22,7 @@ pub(super) struct ProgressPrinter {
 impl ProgressPrinter {
     pub(super) fn new(common: &Common, settings: &Settings, args: &CalibrateArgs) -> Self {
         let distance = format!("{}, {:.1} s", args.distance, settings.motion.duration_s());
-        let forgets = common.port.is_sim() && common.flash.is_none();
+        let forgets = common.robot_forgets();
         Self { quiet: common.json, forgets, distance, drives: 0, progress: None }
     }
 

@@ -12,16 +12,21 @@ const Drive = (() => {
   let heard = 0;
   let waiting = 0;
   let failed = () => {};
+  const onLetGo = [];
 
+  // The answer, or null after the failure was told.
   async function post(path, question = {}) {
     const headers = { 'Content-Type': 'application/json' };
     if (key) headers['X-Beeline-Key'] = key;
     try {
       const response = await fetch(path, { method: 'POST', headers, body: JSON.stringify(question) });
-      if (!response.ok) failed((await response.json()).error);
+      const answer = await response.json();
+      if (response.ok) return answer;
+      failed(answer.error);
     } catch {
       failed('beeline serve does not answer');
     }
+    return null;
   }
 
   async function beat() {
@@ -39,10 +44,16 @@ const Drive = (() => {
     beat();
   }
 
-  function release() {
-    if (!motion) return;
+  // Nobody holds anything any more: whatever is still pressed counts only when it is pressed anew.
+  function drop() {
     motion = null;
-    post('api/stop');
+    onLetGo.forEach((letGo) => letGo());
+  }
+
+  function release() {
+    const moved = Boolean(motion);
+    drop();
+    if (moved) post('api/stop');
   }
 
   addEventListener('visibilitychange', () => document.hidden && release());
@@ -50,26 +61,29 @@ const Drive = (() => {
   addEventListener('blur', release);
 
   return {
+    post,
     begin,
     release,
+    drop,
     // A velocity that changes while it is held is the same motion.
     change: (wanted) => (motion ? (motion = wanted) : begin(wanted)),
     isMoving: () => Boolean(motion),
     page,
     hear(now, over) {
       [heard, ended] = [now, over];
-      if (motion && ended >= number) motion = null;
+      if (motion && ended >= number) drop();
     },
     stop() {
-      motion = null;
+      drop();
       return post('api/stop');
     },
     cut() {
-      motion = null;
+      drop();
       return post('api/cut');
     },
     clear: () => post('api/clear'),
     telemetry: () => new EventSource(`api/telemetry${location.search}`),
     onFailure: (told) => (failed = told),
+    onLetGo: (letGo) => void onLetGo.push(letGo),
   };
 })();

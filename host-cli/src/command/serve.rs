@@ -71,7 +71,10 @@ fn explaining(
 ) -> Result<Arc<Workbench>> {
     let workbench = Arc::new(Workbench::new(folder, read, options, cache)?);
     let beside = Arc::clone(&workbench);
-    std::thread::spawn(move || beside.explain());
+    std::thread::spawn(move || {
+        beside.explain();
+        beside.look_ahead();
+    });
     Ok(workbench)
 }
 

@@ -15,6 +15,7 @@ use robot_model::recording;
 use serde_json::{Value, json};
 
 use super::answer;
+use super::look_ahead::LookAhead;
 use super::request::ModelRequest;
 use crate::error::Result;
 use crate::escape::shell_path;
@@ -40,6 +41,7 @@ pub struct Workbench {
     /// Effects that the robot compensated while it was recorded.
     in_use: Vec<String>,
     remembered: Mutex<HashMap<String, Arc<Value>>>,
+    ahead: LookAhead,
     explanation: Mutex<Explanation>,
 }
 
@@ -72,6 +74,7 @@ impl Workbench {
             model: Mutex::new(model),
             in_use,
             remembered: Mutex::default(),
+            ahead: LookAhead::default(),
             explanation: Mutex::default(),
         })
     }
@@ -87,6 +90,42 @@ impl Workbench {
 
     /// A model, and what it leaves; the error is for the page to show.
     pub fn model_answer(&self, request: &ModelRequest) -> std::result::Result<Arc<Value>, String> {
+        let waiting = self.ahead.wait();
+        let answer = self.known_or_computed(request);
+        drop(waiting);
+        if answer.is_ok() {
+            self.ahead.note(request);
+        }
+        answer
+    }
+
+    /// Computes what may be asked for next while nobody waits, on one core. Does not return.
+    pub fn look_ahead(&self) {
+        let Ok(one_core) = rayon::ThreadPoolBuilder::new().num_threads(1).build() else { return };
+        let compute = |request: &ModelRequest| {
+            // Whoever asks for it is told what is wrong with it.
+            let _ = one_core.install(|| self.known_or_computed(request));
+        };
+        self.ahead.run(|| self.likely(), compute);
+    }
+
+    /// All effects, those that `explain` has found first.
+    fn likely(&self) -> Vec<String> {
+        let explanation = locked(&self.explanation);
+        let steps = explanation.answer.as_ref().and_then(|answer| answer["steps"].as_array());
+        let found = steps.into_iter().flatten().filter_map(|step| step["effect"].as_str());
+        let mut ids: Vec<String> = found.map(str::to_owned).collect();
+        let model = self.model();
+        for effect in model.catalogue() {
+            let id = effect.facts().id;
+            if ids.iter().all(|known| known != id) {
+                ids.push(id.to_owned());
+            }
+        }
+        ids
+    }
+
+    fn known_or_computed(&self, request: &ModelRequest) -> std::result::Result<Arc<Value>, String> {
         let effects = request.known(&self.model())?;
         let key = request.key();
         if let Some(known) = locked(&self.remembered).get(&key) {

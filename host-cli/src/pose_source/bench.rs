@@ -14,6 +14,12 @@ pub enum Bench {
     Served(RemoteTestbed),
 }
 
+impl From<Testbed> for Bench {
+    fn from(testbed: Testbed) -> Self {
+        Self::Here(testbed)
+    }
+}
+
 impl Bench {
     /// Measures, or handles the robot.
     pub fn with<T: Send + 'static>(

@@ -30,8 +30,8 @@ pub struct Camera {
 
 impl Camera {
     /// The camera of this testbed.
-    pub fn new(bench: Bench) -> Self {
-        Self { bench, rates_before: 0 }
+    pub fn new(bench: impl Into<Bench>) -> Self {
+        Self { bench: bench.into(), rates_before: 0 }
     }
 }
 

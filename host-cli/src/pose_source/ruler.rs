@@ -16,8 +16,8 @@ pub struct Ruler {
 
 impl Ruler {
     /// The ruler of this testbed.
-    pub fn new(bench: Bench) -> Self {
-        Self { bench }
+    pub fn new(bench: impl Into<Bench>) -> Self {
+        Self { bench: bench.into() }
     }
 }
 

@@ -9,7 +9,7 @@ pub fn run(name: &str, args: &[&str]) -> Outcome {
     let chosen: Vec<&str> = match name {
         "all" => known.iter().map(String::as_str).collect(),
         name if known.iter().any(|known| known == name) => vec![name],
-        "firmware" | "crash" => return Err(format!("`bench {name}` takes no arguments")),
+        "firmware" | "crash" | "pages" => return Err(format!("`bench {name}` takes no arguments")),
         name => return Err(listing(&format!("no bench `{name}`"))),
     };
     chosen.into_iter().try_for_each(|name| {
@@ -30,7 +30,7 @@ pub fn crash() -> Outcome {
 /// The benches there are, after a message.
 pub fn listing(message: &str) -> String {
     let mut names = names();
-    names.extend(["firmware", "faults", "dead-hosts", "crash", "all"].map(String::from));
+    names.extend(["firmware", "faults", "dead-hosts", "crash", "pages", "all"].map(String::from));
     format!("{message}\n       benches: {}", names.join(", "))
 }
 

@@ -4,18 +4,33 @@ use std::process::Command;
 
 use crate::emulated::IMAGE;
 use crate::repository::{root, target_folder};
-use crate::steps::{Outcome, run};
+use crate::steps::{Outcome, cargo, run};
 
 const FOLDER: &str = "tests/browser";
 
 /// The pages that compute, on the command that the tests were built with.
 pub fn test() -> Outcome {
+    fetch()?;
+    node("model_page.test.mjs")
+}
+
+/// How fast the pages are, by a release build.
+pub fn bench() -> Outcome {
+    fetch()?;
+    cargo(&["build", "--release", "-p", "host-cli"], &[], "the command does not build")?;
+    let mut node = Command::new("node");
+    let beeline = target_folder().join("release").join("beeline");
+    node.arg("bench.mjs").current_dir(root().join(FOLDER)).env("BEELINE", beeline);
+    run(&mut node, "what went wrong stands above")
+}
+
+/// What drives the browser.
+fn fetch() -> Outcome {
     let npm = ["ci", "--no-audit", "--no-fund", "--loglevel=error"];
     run(
         Command::new("npm").args(npm).current_dir(root().join(FOLDER)),
         "npm could not install what tests/browser/package-lock.json names: is there a network?",
-    )?;
-    node("model_page.test.mjs")
+    )
 }
 
 /// The page of robots that move in real time, one of them this image on the emulated board, once [`test()`] has fetched what

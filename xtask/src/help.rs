@@ -19,6 +19,7 @@ cargo xtask <chore>
                      `--minimise` then keeps the fewest that reach the same code, in fuzz/corpus
   bench chaos [--seed S] [--sessions N]
                      sessions of simulated robots in which everything fails: do the invariants hold?
+  bench pages        frames a second, delay from the robot to the screen, and switches of effects, in a browser
   bench crash        kills each writing command at every system call that changes the file system
                      (Linux on x86-64): is each file old or new, and does the command complete then?
   peers              exchanges bags, trajectories and parameters with the Python packages rosbags, mcap, evo and PyYAML,

@@ -49,6 +49,7 @@ fn main() -> ExitCode {
         ["bench", "faults", ref args @ ..] => emulated::bench_faults(args),
         ["bench", "dead-hosts", ref args @ ..] => emulated::bench_dead_hosts(args),
         ["bench", "crash"] => bench::crash(),
+        ["bench", "pages"] => browser::bench(),
         ["bench", name, ref args @ ..] => bench::run(name, args),
         ["bench"] => Err(bench::listing("which one?")),
         ["help" | "--help" | "-h"] | [] => {

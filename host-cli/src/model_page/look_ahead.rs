@@ -102,18 +102,18 @@ mod tests {
     fn what_is_asked_meanwhile_comes_first() {
         let ahead = LookAhead::default();
         let found = Mutex::new(Vec::new());
+        let ids = || ["a", "b", "c"].map(str::to_owned).to_vec();
+        let compute = |request: &ModelRequest| {
+            let mut found = found.lock().unwrap();
+            found.push(request.key());
+            if found.len() == 1 {
+                ahead.note(&ModelRequest::fitted(&["c"]));
+            } else if found.len() == 4 {
+                // The only way out of a loop without end.
+                panic!("enough");
+            }
+        };
         std::thread::scope(|scope| {
-            let ids = || ["a", "b", "c"].map(str::to_owned).to_vec();
-            let compute = |request: &ModelRequest| {
-                let mut found = found.lock().unwrap();
-                found.push(request.key());
-                if found.len() == 1 {
-                    ahead.note(&ModelRequest::fitted(&["c"]));
-                } else if found.len() == 4 {
-                    // The only way out of a loop without end.
-                    panic!("enough");
-                }
-            };
             let runs = scope.spawn(|| ahead.run(ids, compute));
             ahead.note(&ModelRequest::default());
             assert!(runs.join().is_err());

@@ -36,6 +36,8 @@ struct Said {
     /// How many questions there have been: the number of the last.
     asked: u32,
     question: Option<Value>,
+    /// The last answer, and the warnings since: what is wrong with it, if it is asked again.
+    before: Option<(String, Vec<String>)>,
     answer: Option<String>,
 }
 
@@ -89,9 +91,18 @@ impl Dialogue {
         self.touch();
     }
 
+    /// A warning, which may be about the last answer.
+    pub fn warning(&self, text: &str) {
+        if let Some((_, warnings)) = &mut self.said().before {
+            warnings.push(text.to_owned());
+        }
+    }
+
     /// How far a motion is; `None` once it is over.
     pub fn progress(&self, progress: Option<(&str, f64)>) {
         let mut said = self.said();
+        // Whatever was answered before it drove was in order.
+        said.before = None;
         // The page shows whole percents.
         let now =
             progress.map(|(title, share)| (title.to_owned(), (share * 100.0).floor() / 100.0));
@@ -107,7 +118,11 @@ impl Dialogue {
         let mut said = self.said();
         said.asked += 1;
         said.answer = None;
-        said.question = Some(question.to_json(said.asked));
+        let mut value = question.to_json(said.asked);
+        if let Some((answer, warnings)) = said.before.take().filter(|(_, all)| !all.is_empty()) {
+            value["refused"] = json!({"answer": answer, "why": warnings.join(" ")});
+        }
+        said.question = Some(value);
         drop(said);
         self.touch();
     }
@@ -129,6 +144,7 @@ impl Dialogue {
         let mut said = self.said();
         let answer = said.answer.take()?;
         said.question = None;
+        said.before = Some((answer.clone(), Vec::new()));
         drop(said);
         self.touch();
         Some(answer)
@@ -173,6 +189,14 @@ mod tests {
         assert_eq!(dialogue.take_answer(), None);
         assert_eq!(dialogue.to_json()["question"], Value::Null);
         assert!(!dialogue.answer(1, "late"));
+        // It is asked again, with what is wrong with the answer.
+        dialogue.warning("too far");
+        dialogue.ask(&Question::new("How far?"));
+        let refused = json!({"answer": "12mm", "why": "too far"});
+        assert_eq!(dialogue.to_json()["question"]["refused"], refused);
+        assert!(dialogue.answer(2, "1mm") && dialogue.take_answer().is_some());
+        dialogue.ask(&Question::new("And now?"));
+        assert_eq!(dialogue.to_json()["question"]["refused"], Value::Null);
     }
 
     #[test]

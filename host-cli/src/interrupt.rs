@@ -48,6 +48,6 @@ pub fn words() -> &'static str {
     match dialogue::current() {
         None => "stopped by Ctrl-C",
         Some(dialogue) if dialogue.cancel().is_requested() => "stopped on the page",
-        Some(_) => "stopped, because the page was not in front",
+        Some(_) => "stopped, because the page was not in front, or its messages came late",
     }
 }

@@ -38,7 +38,7 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
     say("");
     show_constants(&found.constants);
     say("");
-    say(format_args!("{:<28}{:>12}", paint(DIM, "experiment"), "off by [mm]"));
+    say(format_args!("{}{:>11}", paint(DIM, format_args!("{:<24}", "experiment")), "off by [mm]"));
     let mut rows: Vec<_> = names.iter().zip(each_m).collect();
     rows.sort_by(|a, b| b.1.total_cmp(a.1));
     for (name, off_m) in rows {
@@ -64,7 +64,8 @@ pub fn show_answer(answer: &MotorAnswer) {
     say("");
     show_constants(&answer.constants);
     say("");
-    say(format_args!("{:<24}{:>12}", paint(DIM, "each effect alone"), "error [mm]"));
+    let head = paint(DIM, format_args!("{:<20}", "each effect alone"));
+    say(format_args!("{head}{:>11}", "error [mm]"));
     let baseline_m = answer.baseline.cross_validated_m;
     say(format_args!("{:<20}{:>11.3}", "none", baseline_m * 1e3));
     for tried in answer.tried.iter().take(LISTED) {

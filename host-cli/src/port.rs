@@ -69,6 +69,11 @@ impl Port {
         matches!(self, Port::Sim(_))
     }
 
+    /// Whether a command at this port has the robot's testbed at hand.
+    pub fn has_testbed(&self) -> bool {
+        matches!(self, Port::Sim(_) | Port::Served(..))
+    }
+
     /// The scenario of a simulated robot.
     pub fn scenario(&self) -> Result<Scenario> {
         match self {

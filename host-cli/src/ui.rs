@@ -147,7 +147,11 @@ pub fn tell(json: bool, value: serde_json::Value, line: impl Display) {
 /// Prints a warning.
 pub fn warn(line: impl Display) {
     let line = line.to_string();
-    note(format_args!("{} {}", paint(WARN, "warning:"), bounded(&line, &[])));
+    let line = bounded(&line, &[]);
+    if let Some(dialogue) = dialogue::current() {
+        dialogue.warning(&line_of(&line));
+    }
+    note(format_args!("{} {line}", paint(WARN, "warning:")));
 }
 
 /// Begins a line below an error's own, as of an equation with the place of a mistake. A text from outside that has it

@@ -80,6 +80,11 @@ test('a person with a ruler is guided through a calibration, by the keyboard alo
       await page.keyboard.type('-9.1');
       await page.keyboard.press('Enter');
       await isShown(page, '#answer-trouble');
+      // What cannot be read is asked again, with the reason beside it and what was typed.
+      await page.fill('#answer-0', '1,5mm');
+      await page.keyboard.press('Enter');
+      await page.waitForFunction(() => document.querySelector('#answer-trouble').textContent.includes('1,5'));
+      assert.equal(await page.inputValue('#answer-0'), '1,5mm');
       await page.fill('#answer-0', '');
     }
     await page.keyboard.type(offset);
@@ -156,6 +161,14 @@ test('what a camera sees, and what a model predicts, stands beside the odometry'
   // This robot's right wheel is 0.8 % smaller than its counts say: the camera sees it elsewhere, and the band has it.
   await page.waitForFunction(() => Number.parseFloat(document.querySelector('#apart').textContent) > 5);
   assert.match(await text(page, '#predicted-of'), /radii and track width/);
+  // The camera measures a calibration too, by itself; the space bar ends it.
+  await page.click('#tab-calibrate');
+  await page.click('#panel-calibrate .main');
+  await isState(page, 'driving');
+  await page.keyboard.press('Space');
+  await isShown(page, '#ended.failed');
+  assert.match(await text(page, '#ended-words'), /^Stopped on the page/);
+  await isState(page, 'idle');
   tab.sound();
   await page.close();
   child.kill();

@@ -142,8 +142,9 @@ fn print_push(push: LoadDisturbance) {
 fn print(tuned: &Tuned, forgets: bool) {
     let Tuned { fit, gains, before, after, .. } = tuned;
     let constants = &fit.constants;
-    let head = |text: &str| paint(DIM, text);
-    say(format_args!("{:<30}{:>18}{:>18}", head("motor"), "left", "right"));
+    // Padded before it is painted: a style has width as well.
+    let head = |text: &str, width: usize| paint(DIM, format_args!("{text:<width$}"));
+    say(format_args!("{}{:>18}{:>18}", head("motor", 30), "left", "right"));
     let value = &constants.value;
     let half_widths = &constants.half_widths_95;
     type OfMotor = fn(&Drivetrain, &WheelMotor) -> f64;
@@ -184,7 +185,7 @@ fn print(tuned: &Tuned, forgets: bool) {
         gains.crossover_rad_s
     ));
     say("");
-    say(format_args!("{:<24}{:>14}{:>14}", head("following its profiles"), "before", "after"));
+    say(format_args!("{}{:>10}{:>14}", head("following its profiles", 24), "before", "after"));
     let row = |name: &str, digits: usize, of: fn(&Following) -> f64| {
         let before = match before {
             DriveOutcome::Followed(before) => format!("{:.digits$}", of(before)),

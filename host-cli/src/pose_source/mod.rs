@@ -10,7 +10,7 @@
 //! | [`none`] | | |
 //! | [`with_gyro`] | one of the others | and a yaw rate sensor that is logged to a file ([`gyro_log`]) |
 //!
-//! [`bench`] is the testbed of a simulated robot; [`align`] shifts times on another clock to the robot's. What follows from a measurement is left
+//! [`mod@bench`] is the testbed of a simulated robot; [`align`] shifts times on another clock to the robot's. What follows from a measurement is left
 //! to [`crate::calibrate`] and [`crate::campaign_recorder`].
 
 pub mod align;

@@ -120,6 +120,32 @@ impl Asked {
     }
 }
 
+/// What a page calls what a terminal types, longest first.
+const NAMES: [(&str, &str); 14] = [
+    (
+        "check the distance, --cruise and --acceleration",
+        "check the distance or angle, and the speed",
+    ),
+    ("`beeline clear`", "\u{201c}Clear the fault\u{201d}"),
+    ("--out-and-back", "\u{201c}Also drive back\u{201d}"),
+    ("--position-sigma, --heading-sigma", "set on a terminal: --position-sigma, --heading-sigma"),
+    ("--measure ask, or --measure track:FILE", "measured by you"),
+    ("'--distance <DISTANCE>'", "the distance"),
+    ("--distance", "\u{201c}Distance\u{201d}"),
+    ("--runs", "\u{201c}Runs\u{201d}"),
+    ("--stiffness", "\u{201c}Stiffness\u{201d}"),
+    ("--floor", "\u{201c}Free floor\u{201d}"),
+    ("'\u{201c}Free floor\u{201d} <LENGTH>'", "the free floor"),
+    ("'\u{201c}Free floor\u{201d} <LENGTHxLENGTH>'", "the free floor"),
+    ("--fast", "the fast speed of the plan"),
+    ("`beeline --help`", "the fields of this page"),
+];
+
+/// What a command says, in the words of the page.
+pub(super) fn on_page(text: &str) -> String {
+    NAMES.iter().fold(text.to_owned(), |text, (typed, shown)| text.replace(typed, shown))
+}
+
 /// What a page may have measured: files of this machine are for the terminal.
 fn measured(measure: &Option<String>) -> Result<Option<String>, String> {
     match measure.as_deref() {
@@ -160,6 +186,16 @@ mod tests {
         assert_eq!(line, ["tune", "--undo"]);
         let line = args("campaign", json!({"folder": "my-robot", "run": "spin"})).unwrap();
         assert_eq!(line, ["campaign", "record", "my-robot", "--run=spin"]);
+    }
+
+    #[test]
+    fn options_have_the_names_of_the_fields() {
+        let shown = on_page("use at least --floor 30cm; --runs 4 takes a mean");
+        assert_eq!(
+            shown,
+            "use at least \u{201c}Free floor\u{201d} 30cm; \u{201c}Runs\u{201d} 4 takes a mean"
+        );
+        assert!(!on_page("then `beeline clear`").contains('`'));
     }
 
     #[test]

@@ -36,6 +36,11 @@ impl Motion {
         (self.frames.len() > 1).then(|| Driven { config, frames: self.frames.clone() })
     }
 
+    /// Whether it goes on.
+    pub(super) fn moves(&self) -> bool {
+        self.moves
+    }
+
     /// The next frame of telemetry.
     pub(super) fn push(&mut self, frame: Telemetry) {
         let moves = matches!(frame.state, State::Driving | State::Stopping);

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use serde_json::{Value, json};
 
-use super::asked::Asked;
+use super::asked::{Asked, on_page};
 use super::campaign_so_far::follow;
 use crate::dialogue::Dialogue;
 use crate::error::{Error, Result};
@@ -162,7 +162,14 @@ impl Procedure {
             None => Value::Null,
             Some(Ok(())) => json!({"ok": true}),
             Some(Err(error)) => {
-                json!({"ok": false, "error": error.to_string(), "hint": error.hint_text()})
+                // The state of a robot that was stopped stands on the page already.
+                let hint = error.hint_text().filter(|_| !error.is_interrupted());
+                json!({
+                    "ok": false,
+                    "said_no": error.exit_code() == 1,
+                    "error": on_page(&error.to_string()),
+                    "hint": hint.map(on_page),
+                })
             }
         };
         value
@@ -219,7 +226,9 @@ mod tests {
         assert!(procedures.running().unwrap().answer(1, "-36mm"));
         let ended = shown(&procedures, |shown| shown["running"] == false);
         assert_eq!(ended["lines"][2], json!([["plain", "calibrate -36mm"]]));
-        let said = json!({"ok": false, "error": "not straight", "hint": "measure again"});
+        let said = json!({
+            "ok": false, "said_no": true, "error": "not straight", "hint": "measure again"
+        });
         assert_eq!(ended["ended"], said);
         assert!(procedures.running().is_none());
     }

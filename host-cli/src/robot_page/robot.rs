@@ -199,7 +199,14 @@ impl Robot {
 
     /// Whether a page that has heard these news last has heard them lately.
     pub fn is_fresh(&self, heard_ms: u64) -> bool {
-        self.now_ms().saturating_sub(heard_ms) <= STALE_MS
+        let now_ms = self.now_ms();
+        // What has not been told yet was not heard.
+        heard_ms <= now_ms && now_ms - heard_ms <= STALE_MS
+    }
+
+    /// Whether the robot moves, by the last frame that it sent.
+    pub fn moves(&self) -> bool {
+        locked(&self.driven).moves()
     }
 
     /// Takes a wish; of too many, the oldest go.

@@ -13,9 +13,13 @@ use shared_proto::{
     TravelUnit, Velocity, WheelPair,
 };
 
+use super::asked::on_page;
 use super::robot::{HeldMotion, Hold, Robot, Wish};
 use crate::advice;
 use crate::escape::seen;
+
+/// Why something was refused is said for so long.
+const SAID_FOR: Duration = Duration::from_secs(8);
 
 /// No ramp of a motion from the page takes longer.
 const RAMP_MAX: Duration = Duration::from_secs(10);
@@ -105,8 +109,8 @@ struct RobotSession<'a> {
     armed: bool,
     state: State,
     fault: Option<FaultReport>,
-    /// What was refused.
-    message: Option<String>,
+    /// What was refused, and when.
+    message: Option<(String, Instant)>,
     /// Frames of telemetry since the condition was asked last.
     heard: usize,
 }
@@ -190,6 +194,7 @@ impl<'a> RobotSession<'a> {
     async fn ask_condition(&mut self) -> host_link::Result<()> {
         let status = self.session.status().await?;
         (self.state, self.fault) = (status.state, status.fault);
+        self.message.take_if(|(_, said)| said.elapsed() > SAID_FOR);
         let moves = !matches!(self.state, State::Boot | State::Idle | State::Faulted);
         let is_ours = self.armed || self.driving.is_some();
         let silent = std::mem::take(&mut self.heard) == 0;
@@ -245,6 +250,9 @@ impl<'a> RobotSession<'a> {
     }
 
     async fn carry_out(&mut self, wish: Wish) -> host_link::Result<()> {
+        if !matches!(wish, Wish::Hold(_)) {
+            self.message = None;
+        }
         let outcome = match wish {
             Wish::Hold(hold) => return self.hold(hold).await,
             Wish::Stop => {
@@ -347,7 +355,7 @@ impl<'a> RobotSession<'a> {
             let error = Error::Refused { request, refusal };
             let advice =
                 advice::on_link(&error).map_or_else(String::new, |words| format!("; {words}"));
-            self.message = Some(format!("{error}{advice}"));
+            self.message = Some((on_page(&format!("{error}{advice}")), Instant::now()));
             self.tell();
         }
     }
@@ -365,7 +373,7 @@ impl<'a> RobotSession<'a> {
             "firmware": format!("{major}.{minor}.{patch}"),
             "state": self.state.name(),
             "fault": fault,
-            "message": self.message,
+            "message": self.message.as_ref().map(|(words, _)| words),
             "driven_by_another": self.session.overhears(),
             "ended": self.ended,
             "page": self.driving.as_ref().map(|driving| driving.page),

@@ -29,12 +29,15 @@ use serde_json::{Value, json};
 
 use super::asked::Asked;
 use super::procedure::Procedures;
-use super::robot::{Heard, Hold, Robot, Wish};
+use super::robot::{Heard, HeldMotion, Hold, Robot, Wish};
 use crate::error::Result;
 use crate::page_server::{Page, Server, answered, question, told};
 
 /// News are sent this often: thirty times a second.
 const NEWS_EVERY: Duration = Duration::from_millis(33);
+
+/// An arc of a smaller radius is a spin \[m\].
+const RADIUS_M_MIN: f64 = 1e-3;
 
 const PAGE: Page = Page {
     html: include_str!("assets/robot.html"),
@@ -137,7 +140,8 @@ pub fn serve(server: Server, page: RobotPage) -> Result<()> {
 }
 
 async fn telemetry(State(page): State<RobotPage>) -> Response {
-    let heard = (Heard::default(), (0, 0));
+    // Whoever begins to listen is told of the procedure, also that there is none.
+    let heard = (Heard::default(), (u64::MAX, 0));
     let news = unfold((page, heard), |(page, (heard, seen))| async move {
         tokio::time::sleep(NEWS_EVERY).await;
         let (mut news, heard) = page.robot.news(heard);
@@ -175,6 +179,12 @@ async fn asked<T: DeserializeOwned>(
 }
 
 fn hold(page: &RobotPage, hold: Hold) -> std::result::Result<Value, Told> {
+    if let HeldMotion::Arc { radius_m, .. } = hold.motion
+        && (radius_m.is_nan() || radius_m < RADIUS_M_MIN)
+    {
+        let problem = "give the arc a radius of a millimetre at least: a spin has none".to_owned();
+        return Err((StatusCode::BAD_REQUEST, problem));
+    }
     if page.procedures.running().is_some() {
         let problem = "a procedure drives the robot: stop it first".to_owned();
         return Err((StatusCode::CONFLICT, problem));
@@ -184,6 +194,10 @@ fn hold(page: &RobotPage, hold: Hold) -> std::result::Result<Value, Told> {
 }
 
 fn begin(page: &RobotPage, begin: Begin) -> std::result::Result<Value, Told> {
+    if page.robot.moves() {
+        let problem = "the robot moves: stop it first".to_owned();
+        return Err((StatusCode::CONFLICT, problem));
+    }
     let begun = page.procedures.begin(begin.asked, begin.page);
     begun.map(|()| json!({})).map_err(|problem| (StatusCode::CONFLICT, problem))
 }

@@ -40,7 +40,7 @@ pub(super) fn run(common: &Common, args: &CalibrateArgs) -> Result<()> {
     check_writable(&args.output)
         .map_err(|error| cannot_draw(&args.output, error).hint("-o FILE puts it elsewhere"))?;
     // Connecting takes the robot from the host that drives it: wrong options are refused before.
-    if !common.port.is_sim() {
+    if !common.port.has_testbed() {
         pose_source::of_calibration(args, None)?;
     }
     let forgets = common.port.is_sim() && common.flash.is_none();

@@ -50,7 +50,7 @@ const Effects = (() => {
       band.after(zero);
       one.zero = zero;
     }
-    const interval = element('small', { className: 'interval', textContent: fitted ? `95 %: ${text.short(parameter.low95)} to ${text.short(parameter.high95)}` : '' });
+    const interval = element('small', { className: 'interval', textContent: fitted ? `95 %: ${text.interval(parameter.low95, parameter.high95)}` : '' });
     const made = element('div', { className: 'parameter' },
       element('span', { textContent: parameter.name }),
       element('output', { textContent: text.value(parameter.value, parameter.sigma ?? 0, parameter.unit) }), interval,

@@ -15,6 +15,13 @@ const text = {
     return sigma > 0 ? `${value.toFixed(digits)} \u00b1 ${sigma.toFixed(digits)}${one}` : `${value.toFixed(digits)}${one}`;
   },
   change: (before, after) => (before > 0 ? `${after < before ? '\u2212' : '+'}${Math.abs(100 * (after / before - 1)).toFixed(0)} %` : ''),
+  // Two digits of the half-width, as the commands print it.
+  interval: (low, high) => {
+    const half = Math.abs(high - low) / 2;
+    if (!(half > 0) || !Number.isFinite(half)) return `${text.short(low)} to ${text.short(high)}`;
+    const digits = Math.min(12, Math.max(0, 1 - Math.floor(Math.log10(half))));
+    return [low, high].map((value) => value.toFixed(digits).replace('-', '\u2212')).join(' to ');
+  },
   short: (value) => Number(value.toPrecision(3)).toString().replace('-', '\u2212'),
 };
 

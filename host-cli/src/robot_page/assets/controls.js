@@ -10,7 +10,7 @@ const mayDrive = () => !Robot.condition().procedure_drives;
 
 // The velocity of a direction: a spin turns the wheels at the chosen speed.
 function velocity(forward, turn) {
-  const share = Math.abs(forward) + Math.abs(turn) > 1 ? 0.6 : 1;
+  const share = Math.abs(forward) + Math.abs(turn) > 1 ? 0.5 : 1;
   return turned(forward * share, turn * share);
 }
 

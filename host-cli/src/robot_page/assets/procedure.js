@@ -154,9 +154,10 @@
     const isCampaign = kind === 'campaign';
     const wasUndo = begun?.kind === kind && begun.options.undo === true;
     const can = (id, on) => (byId(id).hidden = !on);
-    can('explain', isCampaign && campaign?.recorded.length > 0);
+    can('explain', isCampaign && campaign?.recorded.length > 1);
     byId('explain').classList.toggle('main', ok);
     can('continue', isCampaign && !ok && procedure.folder);
+
     can('record-next', isCampaign && ok && nextKind());
     byId('record-next').textContent = `Record ${nextKind() ?? ''}`;
     can('again', !isCampaign && begun?.kind === kind && !wasUndo);
@@ -215,6 +216,8 @@
     if (changed) {
       const before = procedure;
       procedure = news.procedure;
+      // Another server than the one that it ran on.
+      if (!procedure && before?.running) procedure = { ...before, running: false, question: null, progress: null, ended: { ok: false, error: 'the procedure has ended with beeline serve', hint: null } };
       if (procedure?.running) mine = procedure.held_by === Drive.page;
       if (procedure?.running && !before?.running) {
         CampaignFloor.forget();
@@ -224,6 +227,7 @@
       if (first && procedure?.running && !Tabs.isNamed()) Tabs.select(procedure.kind);
       first = false;
     }
+    byId('continue').textContent = news.condition?.fault ? 'Clear the fault and continue' : 'Continue';
     CampaignFloor.follow(procedure?.running ? procedure.progress : null);
     if (changed) show();
   }
@@ -243,7 +247,14 @@
   byId('undo').addEventListener('click', () => begin(procedure.kind, { undo: true }));
   const ofThisCampaign = () => (begun?.kind === 'campaign' && begun.options.folder === procedure.folder ? begun.options : { folder: procedure.folder });
   // Without its options the campaign's own plan counts.
-  byId('continue').addEventListener('click', () => begin('campaign', ofThisCampaign()));
+  byId('continue').addEventListener('click', async () => {
+    // What stopped it may have left a fault: who goes on clears it, as the button says.
+    if (Robot.condition().fault) {
+      await ask('api/clear');
+      for (let k = 0; k < 20 && Robot.condition().fault; k += 1) await new Promise((done) => setTimeout(done, 100));
+    }
+    begin('campaign', ofThisCampaign());
+  });
   byId('record-next').addEventListener('click', () => {
     const { measure } = ofThisCampaign();
     begin('campaign', { folder: procedure.folder, run: nextKind(), ...(measure ? { measure } : {}) });

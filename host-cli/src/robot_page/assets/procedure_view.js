@@ -156,7 +156,9 @@ const ProcedureView = (() => {
 
   function title({ kind, folder, ended }) {
     const of = folder ? ` ${folder}` : '';
-    return `${NAMES[kind]}${of}${ended && !ended.ok ? ': ended early' : ''}`;
+    // A command that has run to its end may say no.
+    const how = ended?.said_no ? ': nothing changed' : ': ended early';
+    return `${NAMES[kind]}${of}${ended && !ended.ok ? how : ''}`;
   }
 
   return {

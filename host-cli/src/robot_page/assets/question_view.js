@@ -102,8 +102,14 @@ const QuestionView = (() => {
     // What is asked for comes first.
     const order = types && !elsewhere ? ['typed', 'suggestion', 'choices'] : ['choices', 'typed', 'suggestion'];
     byId('answering').prepend(...order.map(byId));
-    byId('answer-trouble').textContent = '';
     enable(true);
+    // It is asked again: what is wrong stands beside it, and what was typed is kept.
+    const { refused } = question;
+    byId('answer-trouble').textContent = refused ? refused.why.replace(/^./, (letter) => letter.toUpperCase()) : '';
+    if (refused && types) {
+      const parts = refused.answer.split(/\s+/);
+      inputs().forEach((input, at, all) => (input.value = at + 1 < all.length ? parts[at] ?? '' : parts.slice(at).join(' ')));
+    }
   }
 
   function focus() {

@@ -50,11 +50,12 @@ function heading() {
   write('state', state);
   find('state').className = `pill ${state.replace(' ', '-')}`;
   figures(last);
-  write('about', condition.board ? `${condition.board}, firmware ${condition.firmware}${condition.frames_lost ? `, ${condition.frames_lost} frames lost` : ''}` : '');
+  write('about', condition.board ? `${condition.board}, firmware ${condition.firmware}${condition.frames_lost ? `, ${condition.frames_lost} frame${condition.frames_lost === 1 ? '' : 's'} lost` : ''}` : '');
   const trouble = condition.problem ? { words: condition.problem, remedy: condition.advice } : condition.fault;
   find('trouble').hidden = !trouble;
   write('words', trouble?.words ?? '');
-  write('remedy', trouble?.remedy ? `Try: ${trouble.remedy}.` : '');
+  const remedy = trouble?.remedy ?? '';
+  write('remedy', remedy.replace(/^./, (letter) => letter.toUpperCase()).replace(/([^.?!])$/, '$1.'));
   find('clear').hidden = !condition.fault || Boolean(condition.problem);
   write('message', message());
   write('speed-out', `${speed().toFixed(2)} m/s`);

@@ -54,7 +54,8 @@ class Telemetry {
     columns.heading[k] = row[5] * 1e-6;
     columns.supply[k] = row[6] * 1e-3;
     // Setpoints come as places: their speed is the change from frame to frame. Where a motion begins or ends they jump.
-    const goes = this.size > 0 && Telemetry.moves(row[1]) && columns.state[past] === row[1];
+    const drives = !row[2] && !columns.probing[past];
+    const goes = this.size > 0 && drives && Telemetry.moves(row[1]) && columns.state[past] === row[1];
     const step = columns.t[k] - columns.t[past];
     this.wheel('left', k, past, row, 7, goes && step > 0 ? step : 0);
     this.wheel('right', k, past, row, 11, goes && step > 0 ? step : 0);

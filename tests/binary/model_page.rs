@@ -135,6 +135,25 @@ fn the_figures_are_those_of_model_add_and_of_explain() {
 }
 
 #[test]
+fn a_quick_answer_has_the_values_at_once_and_the_rest_when_it_is_known() {
+    let temp = TempFolder::new();
+    let page = Page::of(&temp, "127.0.0.1:0");
+    let quick = |ids: &[&str]| {
+        let effects: Vec<Value> = ids.iter().map(|id| json!({"id": id})).collect();
+        page.post("/api/model", &json!({"effects": effects, "quick": true})).json()
+    };
+    // Several at once: nobody has fitted them in advance.
+    let ids = ["scrub", "side_slip", "speed_growth"];
+    let (first, fitted) = (quick(&ids), page.model(&ids));
+    assert_eq!(first["quick"], true, "{first}");
+    assert_eq!(first["errors"]["cross_validated"], Value::Null);
+    let value = |model: &Value| model["effects"][2]["parameters"][0]["value"].as_f64().unwrap();
+    assert!((value(&first) / value(&fitted) - 1.0).abs() < 0.02, "{first} {fitted}");
+    // Known by now, and told whole.
+    assert_eq!(quick(&ids), fitted);
+}
+
+#[test]
 fn values_set_by_hand_are_compared_as_they_are() {
     let temp = TempFolder::new();
     let page = Page::of(&temp, "127.0.0.1:0");

@@ -32,6 +32,8 @@ for (const width of [1280, 390]) {
       await page.focus('#switch-speed_growth');
       await page.keyboard.press('Space');
       await page.waitForSelector('.on[data-effect=speed_growth] output');
+      // Values and paths are there at once; what is cross-validated follows.
+      await tab.settled();
       assert.equal(await tab.shown('cross_validated'), words(added.after.heldout));
       assert.equal(await tab.shown('fitted'), words(added.after.train));
       const after = await page.locator('[data-error=cross_validated] .is').boundingBox();

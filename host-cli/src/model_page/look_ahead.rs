@@ -42,14 +42,19 @@ impl LookAhead {
         }
     }
 
-    /// Computes, for each model that is asked for, its neighbours: with each of the effects that `ids` gives, the likeliest
-    /// first, or without one of its own. Does not return.
-    pub(super) fn run(&self, ids: impl Fn() -> Vec<String>, compute: impl Fn(&ModelRequest)) {
+    /// Computes, for each model that is asked for, its neighbours: with each of the effects that `likely` gives, the likeliest
+    /// first, or without one of its own, in the order of `catalogue`. Does not return.
+    pub(super) fn run(
+        &self,
+        likely: impl Fn() -> Vec<String>,
+        catalogue: impl Fn() -> Vec<String>,
+        compute: impl Fn(&ModelRequest),
+    ) {
         let mut seen = 0;
         loop {
             let (number, request) = self.next(seen);
             seen = number;
-            for neighbour in neighbours(&request, &ids()) {
+            for neighbour in neighbours(&request, &likely(), &catalogue()) {
                 while self.waiting.load(Ordering::Relaxed) > 0 {
                     std::thread::sleep(LOOKED_EVERY);
                 }
@@ -69,15 +74,19 @@ impl LookAhead {
     }
 }
 
-fn neighbours(request: &ModelRequest, ids: &[String]) -> Vec<ModelRequest> {
+/// With one effect more or less, as the page asks for them: in the order of the catalogue.
+fn neighbours(request: &ModelRequest, ids: &[String], catalogue: &[String]) -> Vec<ModelRequest> {
+    let rank = |effect: &EffectRequest| catalogue.iter().position(|id| *id == effect.id);
     let own: Vec<&str> = request.effects.iter().map(|effect| &*effect.id).collect();
     let fewer = own.iter().map(|left_out| {
         let kept = request.effects.iter().filter(|effect| effect.id != *left_out);
-        ModelRequest { effects: kept.cloned().collect() }
+        ModelRequest { effects: kept.cloned().collect(), quick: false }
     });
     let more = ids.iter().filter(|id| !own.contains(&&***id)).map(|id| {
         let further = EffectRequest { id: id.clone(), values: None };
-        ModelRequest { effects: request.effects.iter().cloned().chain([further]).collect() }
+        let mut effects: Vec<_> = request.effects.iter().cloned().chain([further]).collect();
+        effects.sort_by_key(rank);
+        ModelRequest { effects, quick: false }
     });
     fewer.chain(more).collect()
 }
@@ -90,12 +99,13 @@ mod tests {
     fn neighbours_have_one_effect_more_or_less() {
         let ids = ["a", "b", "c"].map(str::to_owned);
         let keys = |effects: &[&str]| {
-            let near = neighbours(&ModelRequest::fitted(effects), &ids);
+            let catalogue = ["a", "b", "c", "own"].map(str::to_owned);
+            let near = neighbours(&ModelRequest::fitted(effects), &ids, &catalogue);
             near.iter().map(ModelRequest::key).collect::<Vec<_>>()
         };
         assert_eq!(keys(&[]), ["a", "b", "c"]);
-        assert_eq!(keys(&["b"]), ["", "b,a", "b,c"]);
-        assert_eq!(keys(&["c", "own"]), ["own", "c", "c,own,a", "c,own,b"]);
+        assert_eq!(keys(&["b"]), ["", "a,b", "b,c"]);
+        assert_eq!(keys(&["c", "own"]), ["own", "c", "a,c,own", "b,c,own"]);
     }
 
     #[test]
@@ -114,11 +124,11 @@ mod tests {
             }
         };
         std::thread::scope(|scope| {
-            let runs = scope.spawn(|| ahead.run(ids, compute));
+            let runs = scope.spawn(|| ahead.run(ids, ids, compute));
             ahead.note(&ModelRequest::default());
             assert!(runs.join().is_err());
         });
         let found = found.into_inner().unwrap_or_else(PoisonError::into_inner);
-        assert_eq!(found, ["a", "", "c,a", "c,b"]);
+        assert_eq!(found, ["a", "", "a,c", "b,c"]);
     }
 }

@@ -15,6 +15,9 @@ const EFFECTS_MAX: usize = 40;
 pub struct ModelRequest {
     /// In their order.
     pub effects: Vec<EffectRequest>,
+    /// What takes long is left out, unless it is known already.
+    #[serde(default)]
+    pub quick: bool,
 }
 
 /// One effect.
@@ -32,7 +35,7 @@ impl ModelRequest {
     /// These effects, fitted.
     pub fn fitted(ids: &[&str]) -> Self {
         let effect = |id: &&str| EffectRequest { id: (*id).to_owned(), values: None };
-        Self { effects: ids.iter().map(effect).collect() }
+        Self { effects: ids.iter().map(effect).collect(), quick: false }
     }
 
     /// The effects themselves; the error says what is wrong with the request.

@@ -93,7 +93,7 @@ impl Workbench {
         let waiting = self.ahead.wait();
         let answer = self.known_or_computed(request);
         drop(waiting);
-        if answer.is_ok() {
+        if answer.is_ok() && !request.quick {
             self.ahead.note(request);
         }
         answer
@@ -106,7 +106,7 @@ impl Workbench {
             // Whoever asks for it is told what is wrong with it.
             let _ = one_core.install(|| self.known_or_computed(request));
         };
-        self.ahead.run(|| self.likely(), compute);
+        self.ahead.run(|| self.likely(), || self.ids(), compute);
     }
 
     /// All effects, those that `explain` has found first.
@@ -115,14 +115,27 @@ impl Workbench {
         let steps = explanation.answer.as_ref().and_then(|answer| answer["steps"].as_array());
         let found = steps.into_iter().flatten().filter_map(|step| step["effect"].as_str());
         let mut ids: Vec<String> = found.map(str::to_owned).collect();
-        let model = self.model();
-        for effect in model.catalogue() {
-            let id = effect.facts().id;
-            if ids.iter().all(|known| known != id) {
-                ids.push(id.to_owned());
-            }
-        }
+        let others = self.ids().into_iter().filter(|id| !ids.contains(id));
+        let others: Vec<String> = others.collect();
+        ids.extend(others);
         ids
+    }
+
+    /// All effects, in the order of the catalogue.
+    fn ids(&self) -> Vec<String> {
+        let model = self.model();
+        model.catalogue().iter().map(|effect| effect.facts().id.to_owned()).collect()
+    }
+
+    /// The values alone, and what they leave of these runs: for a page to show until the rest is there.
+    fn quick(&self, effects: &[KnownEffect]) -> Value {
+        let chosen: Vec<&dyn Effect> = effects.iter().map(|effect| &**effect).collect();
+        let values = self.fitter.values(&chosen, *self.comparer().noise());
+        let values: Vec<&[f64]> = values.iter().map(Vec::as_slice).collect();
+        let mut value = self.by_hand(effects, &values);
+        value["by_hand"] = json!(false);
+        value["quick"] = json!(true);
+        value
     }
 
     fn known_or_computed(&self, request: &ModelRequest) -> std::result::Result<Arc<Value>, String> {
@@ -130,6 +143,9 @@ impl Workbench {
         let key = request.key();
         if let Some(known) = locked(&self.remembered).get(&key) {
             return Ok(Arc::clone(known));
+        }
+        if request.quick && request.values().is_none() {
+            return Ok(Arc::new(self.quick(&effects)));
         }
         let value = Arc::new(match request.values() {
             Some(values) => self.by_hand(&effects, &values),

@@ -98,6 +98,15 @@ impl ModelFitter {
         Ok(Self { prepared: clocks::prepare(campaign)?.0 })
     }
 
+    /// The values of these effects, fitted with a noise that is known already; an effect's shapes begin at the first of their
+    /// starts. A glance: what speaks for an effect, and how well others are predicted, is left to [`fit`](Self::fit).
+    pub fn values(&self, effects: &[&dyn Effect], noise: OdometryNoise) -> Vec<Vec<f64>> {
+        let start = |effect: &&dyn Effect| effect.starts(&self.prepared.excitation).swap_remove(0);
+        let terms = effects.iter().map(|effect| Term::new(*effect, start(effect))).collect();
+        let fitted = fit::fit_parameters(&self.prepared, terms, noise);
+        fitted.terms.into_iter().map(|term| term.values).collect()
+    }
+
     /// Fits these effects.
     pub fn fit(&self, effects: &[&dyn Effect]) -> Model {
         let prepared = &self.prepared;

@@ -72,7 +72,7 @@ const Effects = (() => {
         continue;
       }
       found.parameters.forEach((parameter, index) => handle(one, parameter, index));
-      one.note.textContent = found.verdict ?? 'set by hand';
+      one.note.textContent = found.verdict ?? (answer.quick ? 'fitting \u2026' : 'set by hand');
       one.note.className = `note ${found.verdict ? (found.better ? 'good' : 'bad') : ''}`;
     }
   }

@@ -23,7 +23,14 @@ async function update() {
     document.body.setAttribute('aria-busy', 'true');
     const wanted = { on: [...state.on], hand: state.hand };
     try {
-      const found = await Source.model(request(wanted));
+      const question = request(wanted);
+      let found = await Source.model(question, !wanted.hand);
+      if (found.quick) {
+        // Paths and residuals move at once; what is predicted of other runs follows.
+        answer = found;
+        draw(wanted);
+        found = await Source.model(question);
+      }
       answer = found;
       say('');
       show(wanted);
@@ -41,11 +48,15 @@ function say(words, bad = false) {
   find('message').classList.toggle('bad', bad);
 }
 
-function show(wanted) {
+function draw(wanted) {
   Effects.show(wanted.on, answer);
   Paths.show(answer);
   Curves.show(answer);
   bars();
+}
+
+function show(wanted) {
+  draw(wanted);
   remember(wanted);
   location.replace(`#${link(wanted)}`);
 }
@@ -86,14 +97,15 @@ function bars() {
     const width = (errors) => `${(100 * (errors?.position_rms_m ?? 0)) / most}%`;
     bar.querySelector('small').textContent = words;
     bar.querySelector('.was').style.width = width(was);
-    bar.querySelector('.is').style.width = width(is);
+    // A bar whose error is still being computed stays as it was.
+    if (is || !answer.quick) bar.querySelector('.is').style.width = width(is);
     const mark = bar.querySelector('.floor');
     mark.hidden = floor === undefined || key === 'held_out';
     if (!mark.hidden) mark.style.left = `${Math.min(100, (100 * floor) / most)}%`;
     const heading = (errors) => element('span', { className: 'heading', textContent: errors?.heading_rms_rad === undefined ? '' : `, ${text.milli(errors.heading_rms_rad, 'mrad')}` });
     bar.querySelector('.figures').replaceChildren(
       element('span', { className: 'before' }, text.milli(was.position_rms_m, 'mm'), heading(was)), ' \u2192 ',
-      element('span', { className: 'after' }, is ? text.milli(is.position_rms_m, 'mm') : 'not fitted', heading(is)), ' ',
+      element('span', { className: 'after' }, is ? text.milli(is.position_rms_m, 'mm') : answer.quick ? 'fitting \u2026' : 'not fitted', heading(is)), ' ',
       element('small', { textContent: is ? text.change(was.position_rms_m, is.position_rms_m) : '' }));
   }
   find('note').textContent = floor === undefined ? '' : `Root mean square distance over all runs. Upright mark: ${text.milli(floor, 'mm')}, the error floor that any model reaches on runs that it was not fitted to.`;

@@ -21,9 +21,10 @@ const Source = (() => {
     return answer;
   }
 
-  // A model of these effects: [{id}] to be fitted, [{id, values}] at values set by hand.
-  async function model(effects) {
-    if (!recorded) return ask('api/model', { effects });
+  // A model of these effects: [{id}] to be fitted, [{id, values}] at values set by hand. A quick answer has values and what
+  // they leave, unless the rest is known already.
+  async function model(effects, quick = false) {
+    if (!recorded) return ask('api/model', { effects, quick });
     const answer = effects.some((one) => one.values) ? undefined : recorded.models[effects.map((one) => one.id).join()];
     if (!answer) throw new Error(`this file holds single effects and those that explain found; ${serve()} fits any model`);
     if (answer.error) throw new Error(answer.error);

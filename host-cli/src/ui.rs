@@ -67,10 +67,10 @@ fn line_of(text: impl Display) -> String {
     escape::terminal(&text.to_string(), true, style_code)
 }
 
-/// Gives lines to the page that runs this command; false if none does.
-fn is_for_page(lines: &str) -> bool {
+/// Gives lines to the page that runs this command; false if none does. A line feed within a line is shown as such.
+fn is_for_page<'a>(lines: impl IntoIterator<Item = &'a str>) -> bool {
     let Some(dialogue) = dialogue::current() else { return false };
-    for line in lines.split('\n') {
+    for line in lines {
         let named = |(style, text): (u8, String)| {
             (STYLE_NAMES.get(usize::from(style)).copied().unwrap_or("plain"), text)
         };
@@ -87,7 +87,7 @@ pub fn say(line: impl Display) {
 /// Prints a result of several lines.
 pub fn say_text(text: impl Display) {
     let text = text.to_string();
-    let _ = is_for_page(&text) || print(&escape::terminal(&text, false, style_code));
+    let _ = is_for_page(text.split('\n')) || print(&escape::terminal(&text, false, style_code));
 }
 
 /// The first error of writing a line of the result.
@@ -96,7 +96,7 @@ static WRITE_ERROR: OnceLock<String> = OnceLock::new();
 /// Prints a line of the result; false if its reader has gone away, or the line cannot be written.
 pub fn is_heard(line: impl Display) -> bool {
     let line = line.to_string();
-    is_for_page(&line) || print(&line_of(line))
+    is_for_page([&*line]) || print(&line_of(line))
 }
 
 fn print(line: &str) -> bool {
@@ -127,7 +127,8 @@ pub fn finish_output() -> Result<()> {
 /// Prints a line about the progress of the command.
 pub fn note(line: impl Display) {
     let line = line.to_string();
-    let _ = is_for_page(&line) || writeln!(anstream::stderr().lock(), "{}", line_of(line)).is_ok();
+    let _ =
+        is_for_page([&*line]) || writeln!(anstream::stderr().lock(), "{}", line_of(line)).is_ok();
 }
 
 /// Prints several lines about the progress of the command.

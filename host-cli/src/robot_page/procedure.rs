@@ -215,6 +215,9 @@ mod tests {
             let asked = Question::new("How far?");
             let answer = host_link::block_on(ui::ask(&asked, &host_link::Clock::real()))?;
             ui::say(format_args!("{} {answer}", args[0]));
+            // What is from outside cannot pass for a line of ours.
+            ui::note("a\nb");
+            ui::say_text("two\nlines");
             Err(Error::said_no("not straight").hint("measure again"))
         });
         assert_eq!(procedures.news((0, 0)), (None, (0, 0)));
@@ -226,6 +229,8 @@ mod tests {
         assert!(procedures.running().unwrap().answer(1, "-36mm"));
         let ended = shown(&procedures, |shown| shown["running"] == false);
         assert_eq!(ended["lines"][2], json!([["plain", "calibrate -36mm"]]));
+        assert_eq!(ended["lines"][3], json!([["plain", r"a\u000ab"]]));
+        assert_eq!(ended["lines"].as_array().unwrap().len(), 6);
         let said = json!({
             "ok": false, "said_no": true, "error": "not straight", "hint": "measure again"
         });

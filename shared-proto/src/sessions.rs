@@ -65,8 +65,8 @@ pub enum Refused {
     Unreadable,
 }
 
-/// So many hosts may talk at once, behind one line: a driver, eight that watch, and commands that come and go.
-const SESSIONS: usize = 16;
+/// So many hosts may talk at once, behind one line: a driver, pages that watch, and commands that come and go.
+const SESSIONS: usize = 8;
 
 /// The hosts with which the robot has agreed on the protocol.
 pub struct Sessions {

@@ -229,8 +229,8 @@ fn a_host_that_others_pushed_out_is_not_told_of_a_restart() {
     on_robot(&Scenario::default(), async |robot| {
         robot.session.status().await.expect("the robot answers");
         let mut first = robot.another_host(2).await;
-        // It remembers four.
-        for number in 3..=6 {
+        // It remembers eight, and forgets who was silent for longest.
+        for number in 3..=10 {
             robot.another_host(number).await;
         }
         let error = first.status().await.expect_err("it is forgotten");

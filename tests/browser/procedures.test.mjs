@@ -5,7 +5,7 @@ import { mkdirSync, mkdtempSync, readdirSync, rmSync, writeFileSync } from 'node
 import { join } from 'node:path';
 import { tmpdir } from 'node:os';
 import { launch, openPage, pictures, run } from './page.mjs';
-import { endAll, isState, program, servePage, started } from './robots.mjs';
+import { endAll, isState, program, servePage, started, stopAndCut } from './robots.mjs';
 
 // Whatever hangs must not hang for ever.
 const LIMIT = { timeout: 300_000 };
@@ -126,7 +126,9 @@ test('a campaign of three runs is recorded on the page, its errors are shown, an
   await isShown(page, '#ended.ok');
   await page.waitForFunction(() => document.querySelector('#found').children.length > 0);
   const shown = Number.parseFloat(await text(page, '#campaign-error'));
-  const told = run(folder, 'explain', 'my-robot').baseline.heldout.position_rms_m * 1e3;
+  const explained = run(folder, 'explain', 'my-robot');
+  assert.equal(await text(page, '#found li'), explained.verdict);
+  const told = explained.baseline.heldout.position_rms_m * 1e3;
   assert.ok(Math.abs(shown - told) < 0.051, `the page says ${shown} mm, explain ${told}`);
   await fits(tab);
   const model = page.context().waitForEvent('page');
@@ -220,16 +222,7 @@ test('the flashed image on an emulated board is driven, stopped, cut and cleared
   await page.press('#distance', 'Enter');
   await isState(page, 'driving');
   await isState(page, 'idle');
-  await page.fill('#distance', '2');
-  await page.press('#distance', 'Enter');
-  await isState(page, 'driving');
-  await page.keyboard.press('Space');
-  await isState(page, 'idle');
-  await page.click('#spin button');
-  await isState(page, 'driving');
-  await page.click('#cut');
-  await isState(page, 'faulted');
-  assert.match(await text(page, '#words'), /^emergency_stop/);
+  await stopAndCut(page);
   await page.click('#clear');
   await isState(page, 'idle');
   // The board goes, and comes back.

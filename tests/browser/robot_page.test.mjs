@@ -1,15 +1,17 @@
 // The page on which a robot is watched and driven, in a real browser. In real time: nothing else should run beside it.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { after, before, test } from 'node:test';
+import { after, before, beforeEach, test } from 'node:test';
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import { tmpdir } from 'node:os';
 import { beeline, launch, openPage, pictures } from './page.mjs';
-import { endAll, isState, servePage, signal, started } from './robots.mjs';
+import { endAll, isState, servePage, signal, started, stopAndCut } from './robots.mjs';
 
+// So often each way of losing the page is tried.
+const TIMES = Number(process.env.BEELINE_TIMES ?? 4);
 // Whatever hangs must not hang for ever.
-const LIMIT = { timeout: 120_000 };
+const LIMIT = { timeout: 100_000 + 10_000 * TIMES };
 // So often a key is pressed until the robot drives.
 const ATTEMPTS = 8;
 
@@ -34,10 +36,10 @@ async function watch(port) {
   return {
     frame: () => seen.last,
     stop: () => child.kill(),
-    // When this first holds; null if it does not in this time.
+    // The first frame for which this holds; null if there is none in this time.
     until: (holds, ms = 10_000) => new Promise((found) => {
       setTimeout(() => found(null), ms);
-      told = () => holds(seen.last) && found(performance.now());
+      told = () => holds(seen.last) && found(seen.last);
       told();
     }),
   };
@@ -64,6 +66,13 @@ after(async () => {
 
 const port = () => robot.first.listening;
 
+// A robot without a fault: where nobody spoke with it for long enough, it has one, as the link was lost.
+function sound() {
+  for (const command of ['stop', 'clear']) execFileSync(beeline, [command, '--port', port()], { stdio: 'ignore' });
+}
+
+beforeEach(sound);
+
 for (const width of [1280, 390]) {
   for (const scheme of ['light', 'dark']) {
     test(`a robot is driven by the keyboard, stopped, cut and cleared: ${width} wide, ${scheme}`, LIMIT, async () => {
@@ -72,12 +81,19 @@ for (const width of [1280, 390]) {
       const { page } = tab;
       await isState(page, 'idle');
       const x = async () => Number.parseFloat((await page.textContent('#pose')).replace('\u2212', '-').replace(/.*x /, ''));
-      await page.keyboard.down('ArrowUp');
-      await isState(page, 'driving');
-      await page.waitForTimeout(1200);
-      await page.keyboard.down('ArrowLeft');
-      await page.waitForTimeout(900);
-      assert.equal(await page.textContent('#state'), 'driving');
+      // A machine that is busy may hold the page up, and the robot brakes: it is driven again.
+      for (let attempt = 0, drives = false; !drives; attempt += 1) {
+        assert.ok(attempt < ATTEMPTS, 'the robot never goes on driving');
+        sound();
+        await isState(page, 'idle');
+        await page.keyboard.down('ArrowUp');
+        await isState(page, 'driving');
+        await page.waitForTimeout(1200);
+        await page.keyboard.down('ArrowLeft');
+        await page.waitForTimeout(900);
+        drives = (await page.textContent('#state')) === 'driving';
+        if (!drives) for (const key of ['ArrowLeft', 'ArrowUp']) await page.keyboard.up(key);
+      }
       if (pictures.endsWith('browser')) await page.screenshot({ path: join(pictures, `drive-${width}-${scheme}.png`) });
       await page.keyboard.up('ArrowLeft');
       await page.keyboard.up('ArrowUp');
@@ -85,18 +101,7 @@ for (const width of [1280, 390]) {
       const before = await x();
       await page.waitForTimeout(300);
       assert.equal(await x(), before, 'it stands');
-      // The space bar brakes whatever has the focus.
-      await page.fill('#distance', '2');
-      await page.press('#distance', 'Enter');
-      await isState(page, 'driving');
-      await page.focus('#straight button');
-      await page.keyboard.press('Space');
-      await isState(page, 'idle');
-      await page.click('#spin button');
-      await isState(page, 'driving');
-      await page.click('#cut');
-      await isState(page, 'faulted');
-      assert.match(await page.textContent('#words'), /^emergency_stop/);
+      await stopAndCut(page);
       await tab.accessible();
       await page.focus('#clear');
       await page.keyboard.press('Enter');
@@ -120,7 +125,7 @@ const renderers = () => readdirSync('/proc').filter((pid) => {
 }).map(Number);
 
 // The robot drives; then the page is gone in one way or another. How long until it brakes, as another program sees it?
-async function deadMan(name, gone, times = Number(process.env.BEELINE_TIMES ?? 4)) {
+async function deadMan(name, gone, times = TIMES) {
   const found = [];
   for (let time = 0; time < times; time += 1) {
     const { child, first } = await serve(port());
@@ -139,11 +144,12 @@ async function deadMan(name, gone, times = Number(process.env.BEELINE_TIMES ?? 4
       await page.keyboard.down('ArrowUp');
       fast = await seen.until((frame) => frame.state === 'driving' && frame.wheels.left.speed_um_s > 80_000, 3000);
     }
-    const begun = performance.now();
+    // By the robot's own clock: this program, and the one that watches, may be held up as well.
+    const begun = seen.frame().t_us;
     const undo = gone({ child, page, renderers: renderers().filter((pid) => !others.includes(pid)) });
     const braked = await seen.until((frame) => frame.state !== 'driving');
     assert.notEqual(braked, null, `${name}: the robot goes on`);
-    found.push(braked - begun);
+    found.push((braked.t_us - begun) / 1e3);
     await seen.until((frame) => ['idle', 'armed', 'faulted'].includes(frame.state));
     if (undo) {
       await undo();
@@ -153,13 +159,12 @@ async function deadMan(name, gone, times = Number(process.env.BEELINE_TIMES ?? 4
     seen.stop();
     await own.close();
     child.kill();
-    // Where nobody else spoke with the robot for long enough, it has a fault: the link was lost.
-    for (const command of ['stop', 'clear']) execFileSync(beeline, [command, '--port', port()], { stdio: 'ignore' });
+    sound();
   }
   found.sort((a, b) => a - b);
   console.log(`${name}: the robot brakes after ${found.map((ms) => ms.toFixed(0)).join(', ')} ms`);
-  // The lease is 200 ms. A machine that is held up makes some of them late, and none of them early: the soonest must be in time.
-  assert.ok(found[0] < 250 && found.at(-1) < 1000, `${name}: ${found.join(', ')} ms`);
+  // The lease is 200 ms. The last frame that this program had seen may be older than what it did then, never younger.
+  assert.ok(found[0] < 250 && found.at(-1) < 500, `${name}: ${found.join(', ')} ms`);
 }
 
 test('a tab that is closed stops the robot', LIMIT, () => deadMan('tab closed', ({ page }) => void page.close()));

@@ -34,5 +34,21 @@ export const servePage = (folder, port) => started(folder, 'serve', ...(port ? [
 /** Until the page shows one of these states. */
 export const isState = (page, ...states) => page.waitForFunction((wanted) => wanted.includes(document.querySelector('#state').textContent), states);
 
+/** A drive that the space bar stops, and a spin whose motors are cut: a latched fault, with its name. */
+export async function stopAndCut(page) {
+  await page.fill('#distance', '2');
+  await page.press('#distance', 'Enter');
+  await isState(page, 'driving');
+  // The space bar brakes whatever has the focus.
+  await page.focus('#straight button');
+  await page.keyboard.press('Space');
+  await isState(page, 'idle');
+  await page.click('#spin button');
+  await isState(page, 'driving');
+  await page.click('#cut');
+  await isState(page, 'faulted');
+  assert.match(await page.textContent('#words'), /^emergency_stop/);
+}
+
 /** Sends a signal to processes. */
 export const signal = (pids, name) => pids.forEach((pid) => process.kill(pid, name));

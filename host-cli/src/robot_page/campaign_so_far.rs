@@ -47,6 +47,7 @@ fn look(folder: &Path, tell: &mut dyn FnMut(Value)) {
         "error_m": null,
         "found": [],
         "next": null,
+        "next_kind": null,
     });
     let Some((workbench, runs)) = workbench(folder) else { return tell(so_far) };
     let campaign = workbench.campaign();
@@ -73,10 +74,11 @@ fn look(folder: &Path, tell: &mut dyn FnMut(Value)) {
     workbench.explain();
     let explanation = workbench.explanation();
     let answer = &explanation["answer"];
-    let headline = answer["headline"].as_str().into_iter();
+    let verdict = answer["verdict"].as_str().into_iter();
     let found = explanation["found"].as_array().into_iter().flatten();
-    so_far["found"] = headline.map(Value::from).chain(found.cloned()).collect();
+    so_far["found"] = verdict.map(Value::from).chain(found.cloned()).collect();
     so_far["next"] = answer["next"]["words"].clone();
+    so_far["next_kind"] = answer["next_run"]["kind"].clone();
     tell(so_far);
 }
 

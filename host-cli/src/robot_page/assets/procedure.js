@@ -4,8 +4,6 @@
 (() => {
   const byId = (id) => document.getElementById(id);
   const NAMES = { calibrate: 'calibration', tune: 'tuning', campaign: 'campaign' };
-  // What `explain` can ask for, as the command takes it.
-  const KINDS = ['rest', 'straight', 'out-and-back', 'six short out-and-backs', 'spin', 'spins both ways', 'arc', 'arcs both ways', 'straights at three speeds', 'arcs of two radii', 'arcs at two speeds', 'square', 'square both ways', 'out-and-back in four headings', 'out-and-back with and without a load', 'out-and-back, an hour later'];
   const HOLD_EVERY_MS = 60;
   const HOLDS_WAITING_MAX = 2;
   // So long a procedure that was begun may take to appear in the news.
@@ -145,7 +143,8 @@
     ProcedureView.floor(procedure, campaign, present);
   }
 
-  const nextKind = () => KINDS.find((kind) => procedure.campaign?.next?.startsWith(`Record ${kind}:`));
+  // The run that `explain` asks for, as the command takes it.
+  const nextKind = () => procedure.campaign?.next_kind;
 
   // What can be done after the end.
   function ends() {

@@ -8,9 +8,10 @@ use super::clock_found::ClockFound;
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Facts, Group, Parameter, View};
-use crate::estimation::campaign_equations::CampaignEquations;
+use crate::estimation::campaign_equations::{CampaignEquations, Fold};
 use crate::estimation::fit::fit_parameters;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+use crate::numeric::median::median;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::motion::Motion;
 use crate::recording::odometry_noise::OdometryNoise;
@@ -36,6 +37,10 @@ const SIGMAS: f64 = 6.0;
 const REPORTED_SIGMAS: f64 = 2.0;
 /// No offset is known better than this \[s\].
 pub(super) const OFFSET_SIGMA_MIN_S: f64 = 1e-3;
+/// So far clocks of runs may differ while the geometry is fitted, one sigma \[s\].
+const CLOCK_SPREAD_S: f64 = 0.05;
+/// From this misfit on, a tracker whose noise nobody gave is taken to be as noisy as that.
+const NOISIER: f64 = 2.0;
 /// Offsets and rates are found anew after each correction.
 const ROUNDS: usize = 2;
 
@@ -164,6 +169,7 @@ fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<Correctio
             let sure = spread_s2 / (spread_s2 + line.offset_sigma_s.powi(2));
             let offset_s = match (shifted, any) {
                 (true, _) => line.offset_s - stays_s,
+                (false, true) if differs(&line) => line.offset_s,
                 // What a run hardly tells is taken for what runs differ by.
                 (false, true) => centre_s + sure * (line.offset_s - centre_s),
                 (false, false) => 0.0,
@@ -202,42 +208,82 @@ fn mean(lines: &[Option<Line>]) -> (f64, f64) {
 
 /// Offset and rate of each run; `None` where its poses do not tell.
 pub(super) fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
-    let geometry = CATALOGUE.iter().filter(|effect| effect.facts().group == Group::Geometry);
-    let geometry = geometry.map(|effect| Term::new(*effect, vec![0.0])).collect();
     let robot = &prepared.robot;
     let typical = OdometryNoise::TYPICAL;
     let noise = OdometryNoise {
         position_sigma_m: robot.position_sigma_m.unwrap_or(typical.position_sigma_m),
         heading_sigma_rad: robot.heading_sigma_rad.unwrap_or(typical.heading_sigma_rad),
-        clock_offset_s: 0.05,
         ..typical
     };
+    let (places, runs): (Vec<(usize, f64)>, Vec<PreparedRun>) = prepared
+        .runs
+        .iter()
+        .enumerate()
+        .flat_map(|(index, run)| {
+            windows(run).into_iter().map(move |(middle_s, window)| ((index, middle_s), window))
+        })
+        .unzip();
+    let cut = Prepared { runs, held_out: Vec::new(), dense: None, ..*prepared };
+    let mut offsets = window_offsets(prepared, &cut, noise);
+    let misfit = misfit(&offsets);
+    if misfit > NOISIER && (robot.position_sigma_m.is_none() || robot.heading_sigma_rad.is_none()) {
+        // A tracker that is noisier than most: weighted as if it were none, each window believes its last poses.
+        let noisier = OdometryNoise {
+            position_sigma_m: robot.position_sigma_m.unwrap_or(misfit * typical.position_sigma_m),
+            heading_sigma_rad: robot
+                .heading_sigma_rad
+                .unwrap_or(misfit * typical.heading_sigma_rad),
+            ..noise
+        };
+        offsets = window_offsets(prepared, &cut, noisier);
+    }
+    let widened = self::misfit(&offsets).max(1.0);
+    let mut points: Vec<Vec<[f64; 3]>> = vec![Vec::new(); prepared.runs.len()];
+    for offset in &offsets {
+        let (index, middle_s) = places[offset.window];
+        points[index].push([middle_s, offset.offset_s, offset.weight / widened.powi(2)]);
+    }
+    points.iter().map(|points| line(points)).collect()
+}
+
+/// What the poses of one window tell about its offset.
+#[derive(Clone, Copy, Debug)]
+struct WindowOffset {
+    window: usize,
+    offset_s: f64,
+    /// By the noise that was assumed \[1/s^2\].
+    weight: f64,
+    /// What is left, against what this noise leaves: a mean of squares.
+    chi_squared: f64,
+}
+
+/// The offset of each window, about the geometry that fits all runs best with this noise.
+fn window_offsets(prepared: &Prepared, cut: &Prepared, noise: OdometryNoise) -> Vec<WindowOffset> {
+    let geometry = CATALOGUE.iter().filter(|effect| effect.facts().group == Group::Geometry);
+    let geometry = geometry.map(|effect| Term::new(*effect, vec![0.0])).collect();
+    let noise = OdometryNoise { clock_offset_s: CLOCK_SPREAD_S, ..noise };
     let mut terms = fit_parameters(prepared, geometry, noise).terms;
     terms.push(Term::new(&Late, vec![0.0]));
     let terms = PlacedTerm::place(&terms);
     let column = terms.last().map_or(0, |late| late.columns().start);
     let noise = OdometryNoise { clock_offset_s: 1e-5, ..noise };
-    let windows: Vec<(usize, f64, PreparedRun)> = prepared
-        .runs
-        .iter()
-        .enumerate()
-        .flat_map(|(index, run)| {
-            windows(run).into_iter().map(move |(middle_s, window)| (index, middle_s, window))
+    let equations = CampaignEquations::gather(cut, &terms, &noise);
+    let of_window = |fold: &Fold| {
+        let (weight, right) = (fold.sums.gram[(column, column)], fold.sums.right[column]);
+        let left = fold.sums.squares - right * right / weight;
+        (weight > 0.0).then_some(WindowOffset {
+            window: fold.run,
+            offset_s: right / weight,
+            weight,
+            chi_squared: left / fold.sums.rows,
         })
-        .collect();
-    let (places, runs): (Vec<(usize, f64)>, Vec<PreparedRun>) =
-        windows.into_iter().map(|(index, middle_s, window)| ((index, middle_s), window)).unzip();
-    let cut = Prepared { runs, held_out: Vec::new(), dense: None, ..*prepared };
-    let equations = CampaignEquations::gather(&cut, &terms, &noise);
-    let mut points: Vec<Vec<[f64; 3]>> = vec![Vec::new(); prepared.runs.len()];
-    for fold in &equations.folds {
-        let (gram, right) = (fold.sums.gram[(column, column)], fold.sums.right[column]);
-        let (index, middle_s) = &places[fold.run];
-        if gram > 0.0 {
-            points[*index].push([*middle_s, right / gram, gram]);
-        }
-    }
-    points.iter().map(|points| line(points)).collect()
+    };
+    equations.folds.iter().filter_map(of_window).collect()
+}
+
+/// By which factor the poses are off more than the noise that was assumed, in the median window.
+fn misfit(offsets: &[WindowOffset]) -> f64 {
+    median(offsets.iter().map(|offset| offset.chi_squared).collect()).unwrap_or(1.0).sqrt()
 }
 
 /// Consecutive poses of a run, with the middle of their times.

@@ -1,6 +1,7 @@
 //! Clocks that are made wrong are found, and clocks that agree are left alone.
 
 use crate::clocks::{ClockFound, drift, prepare};
+use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
 use crate::tests::synthetic::{campaign, full_plan, term};
 
@@ -56,6 +57,32 @@ fn a_run_that_is_late_is_told_apart_from_the_others() {
     assert!((late.offset_s - 0.29).abs() < 0.01, "{late:?}");
     let others = clocks.iter().filter(|clock| clock.run != name);
     assert!(others.clone().all(|clock| clock.offset_s.abs() < 0.015), "{clocks:?}");
+}
+
+#[test]
+fn clocks_that_agree_are_left_alone_by_trackers_of_centimetres_whose_noise_nobody_gave() {
+    for (seed, (position_sigma_m, heading_sigma_rad)) in
+        (50..).zip([(0.01, 0.02), (0.03, 0.05), (0.06, 0.07), (0.1, 0.1)])
+    {
+        let mut runs = campaign(&full_plan(), &[], seed);
+        let mut random = Random::new(seed);
+        for pose in runs.runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+            for coordinate in pose.position_m.iter_mut().flatten() {
+                *coordinate += position_sigma_m * random.normal();
+            }
+            pose.heading_rad =
+                pose.heading_rad.map(|turn| turn + heading_sigma_rad * random.normal());
+        }
+        let clocks = found(&runs);
+        assert!(clocks.is_empty(), "{position_sigma_m} m: {clocks:?}");
+        // One that is late by half a second is found all the same, and is no outlier among those that are not.
+        runs.runs[16].measured_poses.iter_mut().for_each(|pose| pose.t_s += 0.5);
+        let clocks = found(&runs);
+        let late = clocks.iter().find(|clock| clock.run == runs.runs[16].name);
+        let late = late.unwrap_or_else(|| panic!("{position_sigma_m} m: {clocks:?}"));
+        let off_s = (late.offset_s - 0.5).abs();
+        assert!(off_s < 4.0 * late.offset_sigma_s, "{position_sigma_m} m: {late:?}");
+    }
 }
 
 #[test]

@@ -121,7 +121,7 @@ proptest! {
         reference.step(&unlimited, &setpoint, travel, speed);
         // Half a step of kp times 1 m, of kv and kd times 21 m/s together, of ka times 100 m/s^2;
         // a step of the error times kp.
-        let resolution = 0.5f64.powi(18) + 21.0 * 0.5f64.powi(21) + 100.0 * 0.5f64.powi(25)
+        let resolution = 0.5f64.powi(15) + 21.0 * 0.5f64.powi(21) + 100.0 * 0.5f64.powi(21)
             + unlimited.pid.kp_per_m * 0.5f64.powi(30) + 1e-8;
         prop_assert!((duty.to_si() - reference.duty).abs() <= resolution, "{} {}", duty.to_si(), reference.duty);
     }

@@ -163,27 +163,20 @@ fn run(
         let counts = WheelPair::new(benches.left.counts, benches.right.counts);
         let travel = odometry.travel(counts);
         let q = odometry.meters_per_count();
-        let duty_of = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
+        let step = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
             let speed = bench.estimator.step(tick, bench.counts);
             let duty = pid::step(&gains, &mut bench.pid, &setpoint, travel, speed, UNSCALED);
             bench.physics(duty.to_si(), mishap);
             bench.read(q_m, mishap, tick == mishap_ms);
-            duty
         };
         let now = if tick >= mishap_ms { mishap } else { Mishap::None };
-        let duty = WheelPair::new(
-            duty_of(&mut benches.left, setpoints.left, travel.left, q.left.to_si(), now),
-            duty_of(
-                &mut benches.right,
-                setpoints.right,
-                travel.right,
-                q.right.to_si(),
-                Mishap::None,
-            ),
-        );
+        step(&mut benches.left, setpoints.left, travel.left, q.left.to_si(), now);
+        let none = Mishap::None;
+        step(&mut benches.right, setpoints.right, travel.right, q.right.to_si(), none);
+        let loops = WheelPair::new(benches.left.pid, benches.right.pid);
         let speed = WheelPair::default();
         let measured = Measured { tick, t_us: u64::from(tick) * 1000, counts, travel, speed };
-        if let Some(fault) = protection.step(&setpoints, &measured, duty, UNSCALED) {
+        if let Some(fault) = protection.step(&setpoints, &measured, &loops, UNSCALED) {
             return Some((fault, tick.wrapping_sub(mishap_ms)));
         }
     }

@@ -28,8 +28,8 @@ pub struct CaptureSettings {
     odometry: Odometry,
     /// Counts to speed.
     scales: WheelPair<SpeedScale>,
-    /// Whether a count falls when the wheel rolls forward.
-    reversed: WheelPair<bool>,
+    /// -1 where a count falls when the wheel rolls forward, else 0.
+    reversed: WheelPair<i32>,
 }
 
 impl CaptureSettings {
@@ -40,16 +40,16 @@ impl CaptureSettings {
         Self {
             scales: odometry.meters_per_count().map(SpeedScale::new),
             odometry,
-            reversed: config.encoder.as_ref().map(|encoder| encoder.reversed),
+            reversed: config.encoder.as_ref().map(|encoder| -i32::from(encoder.reversed)),
         }
     }
 
     /// Turns counts as wired into counts that are positive forward.
     #[inline(always)]
     fn forward(&self, counts: WheelPair<i64>) -> WheelPair<i64> {
-        counts
-            .zip(self.reversed)
-            .map(|(count, reversed)| if reversed { count.wrapping_neg() } else { count })
+        // Two's complement, without a branch: all bits turned over, and one added.
+        let reversed = self.reversed.map(i64::from);
+        counts.zip(reversed).map(|(count, reversed)| (count ^ reversed).wrapping_sub(reversed))
     }
 }
 

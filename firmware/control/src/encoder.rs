@@ -52,6 +52,10 @@ const WINDOW_TICKS: u32 = 40;
 const CHANGES_LEN: usize = 64;
 const _: () = assert!(CHANGES_LEN > WINDOW_TICKS as usize + 2 && CHANGES_LEN.is_power_of_two());
 
+/// So many counts are as good as more where a window of them is compared with a time since: see
+/// [`SpeedEstimator::step`]. Times a standstill they fit into 32 bits.
+const WINDOW_COUNTS_MAX: u32 = u32::MAX / STANDSTILL_TICKS;
+
 /// A wheel without a count for this long stands still \[ticks\].
 const STANDSTILL_TICKS: u32 = 20 * CONTROL_HZ;
 
@@ -109,6 +113,8 @@ pub struct SpeedEstimator {
     forward: bool,
     /// Of the newest change [2^-24 m/s], without sign.
     magnitude: u32,
+    /// Counts and ticks that (1) had of the newest change.
+    window: (u32, u32),
 }
 
 impl SpeedEstimator {
@@ -127,6 +133,7 @@ impl SpeedEstimator {
             counts,
             forward: true,
             magnitude: 0,
+            window: (0, 0),
         }
     }
 
@@ -151,8 +158,8 @@ impl SpeedEstimator {
             if ticks >= STANDSTILL_TICKS {
                 self.len = 0;
                 self.magnitude = 0;
-            } else if self.magnitude != 0 {
-                // (2)
+            } else if self.magnitude != 0 && ticks * self.window.0 > self.window.1 {
+                // (2): slower than (1), as no count has come for longer than one took. Told without a division.
                 self.magnitude = self.magnitude.min(self.scale.quotient(1, ticks));
             }
         }
@@ -184,9 +191,10 @@ impl SpeedEstimator {
             }
         }
         // (1)
-        let counts = change.counts.wrapping_sub(oldest.counts) as i32;
-        self.magnitude =
-            self.scale.quotient(counts.unsigned_abs(), change.tick.wrapping_sub(oldest.tick));
+        let counts = (change.counts.wrapping_sub(oldest.counts) as i32).unsigned_abs();
+        let ticks = change.tick.wrapping_sub(oldest.tick);
+        self.magnitude = self.scale.quotient(counts, ticks);
+        self.window = (counts.min(WINDOW_COUNTS_MAX), ticks);
     }
 
     /// The `age`-th newest change, from 1.

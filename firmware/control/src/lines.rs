@@ -30,7 +30,8 @@ impl Lines {
     fn at(inputs: Inputs, Duty(duty): Duty, period: u32) -> Self {
         let bits = duty.to_bits();
         // Steps of 2^-30 to timer ticks, to the nearest; a duty is 1 at most.
-        let pulse = (u64::from(bits.unsigned_abs()) * u64::from(period) + (1 << 29)) >> 30;
+        // The product's upper word is that shifted by 32, which takes no instruction.
+        let pulse = (u64::from(bits.unsigned_abs()) * u64::from(period << 2) + (1 << 31)) >> 32;
         let pulse = (pulse as u32).min(period);
         let backward = bits < 0;
         let (forward, other) = match inputs {

@@ -74,14 +74,17 @@ fn weigh(q: U0F64, wheel_weight: U2F62) -> U0F64 {
 ///
 /// In four 32-bit products, which is what a Cortex-M4 has; 128-bit arithmetic would call a
 /// library function.
+#[inline(always)]
 fn rolled(counts: i64, MetersPerCount(q): MetersPerCount) -> Travel {
-    let (counts_high, counts_low) = (counts >> 32, counts & 0xFFFF_FFFF);
-    let (q_high, q_low) = ((q.to_bits() >> 32) as i64, (q.to_bits() & 0xFFFF_FFFF) as i64);
-    // (2^32 - 1)^2 + 2^31 is below 2^64.
-    let lowest = (counts_low as u64) * (q_low as u64) + (1 << 31);
-    let bits = (counts_high.wrapping_mul(q_high) << 32)
-        .wrapping_add(counts_high.wrapping_mul(q_low))
-        .wrapping_add((counts_low as u64).wrapping_mul(q_high as u64) as i64)
-        .wrapping_add((lowest >> 32) as i64);
+    let (counts_high, counts_low) = ((counts >> 32) as i32, counts as u32);
+    let (q_high, q_low) = ((q.to_bits() >> 32) as u32, q.to_bits() as u32);
+    let wide = |a: u32, b: u32| u64::from(a) * u64::from(b);
+    // (2^32 - 1)^2 + 2^32 is below 2^64: no sum overflows.
+    let lowest = wide(counts_low, q_low) + (1 << 31);
+    let middle = wide(counts_low, q_high) + (lowest >> 32);
+    // Of the upper half of the counts, which is below zero for all that are, what is left within 64 bits.
+    let high = i64::from(counts_high).wrapping_mul(i64::from(q_low));
+    let highest = counts_high.wrapping_mul(q_high as i32);
+    let bits = (middle as i64).wrapping_add(high).wrapping_add(i64::from(highest) << 32);
     Travel(I32F32::from_bits(bits))
 }

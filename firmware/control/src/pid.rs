@@ -19,14 +19,14 @@
 //! | quantity | range | step |
 //! | --- | --- | --- |
 //! | e | 2 m, saturated | 2^-30 m |
-//! | kp | 10^4 /m | 2^-17 /m |
+//! | kp | 10^4 /m | 2^-14 /m |
 //! | ki dt | 10 /m | 2^-27 /m |
 //! | kV / U_nominal, kd | 1000 s/m | 2^-20 s/m |
-//! | kA / U_nominal | 100 s^2/m | 2^-24 s^2/m |
+//! | kA / U_nominal | 100 s^2/m | 2^-20 s^2/m |
 //!
-//! Products are 32 by 32 bits into 64. They are added with 44 fractional bits, which the speeds' have by
-//! themselves. The sum is below 2^19, whatever the gains, so that large terms of opposite sign cancel correctly.
-//! Telemetry's units are made outside the tick.
+//! Products are 32 by 32 bits into 64. They are added with 44 fractional bits, which all but the integral have by
+//! themselves. The sum is below 2^19, whatever the gains, so that large terms of opposite sign cancel correctly. The
+//! integral's limit is rounded down to a step of 2^-25. Telemetry's units are made outside the tick.
 
 use fixed::types::I2F30;
 use shared_proto::{Config, PidTerms, Wheel, WheelPair};
@@ -44,13 +44,13 @@ const KV_MAX: f64 = 1000.0;
 /// Largest kA as a share of the nominal supply \[s^2/m\].
 const KA_MAX: f64 = 100.0;
 /// Fractional bits of kp.
-const KP_BITS: u32 = 17;
+const KP_BITS: u32 = TERM_BITS - ERROR_BITS;
 /// Fractional bits of ki dt.
 const KI_BITS: u32 = 27;
 /// Fractional bits of kv and kd.
 const KV_BITS: u32 = TERM_BITS - SPEED_BITS;
 /// Fractional bits of ka.
-const KA_BITS: u32 = 24;
+const KA_BITS: u32 = TERM_BITS - SPEED_BITS;
 /// Fractional bits of a duty.
 const DUTY_BITS: u32 = 30;
 /// Fractional bits of a travel error.
@@ -64,6 +64,7 @@ const INTEGRAL_BITS: u32 = KI_BITS + ERROR_BITS;
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
     ks_forward: i32,
+    /// Below zero.
     ks_backward: i32,
     kv: i32,
     ka: i32,
@@ -83,7 +84,7 @@ impl Gains {
         let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
         Self {
             ks_forward: scaled(ks_forward, DUTY_BITS),
-            ks_backward: scaled(ks_backward, DUTY_BITS),
+            ks_backward: -scaled(ks_backward, DUTY_BITS),
             kv: scaled(min(kv, KV_MAX), KV_BITS),
             ka: scaled(min(ka, KA_MAX), KA_BITS),
             kp: scaled(pid.kp_per_m, KP_BITS),
@@ -118,7 +119,6 @@ fn scaled(value: f64, fractional_bits: u32) -> i32 {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PidState {
     feedforward: i64,
-    /// In steps of 2^-47.
     proportional: i64,
     /// In steps of 2^-57.
     integral: i64,
@@ -126,6 +126,8 @@ pub struct PidState {
     integral_used: i64,
     derivative: i64,
     duty: i32,
+    /// e, in steps of 2^-30 m.
+    error: i32,
 }
 
 impl PidState {
@@ -137,6 +139,7 @@ impl PidState {
         integral_used: 0,
         derivative: 0,
         duty: 0,
+        error: 0,
     };
 
     /// The terms of the last tick.
@@ -145,10 +148,15 @@ impl PidState {
         let term = |bits: i64| duty_bits_to_i16(bits >> (TERM_BITS - DUTY_BITS));
         PidTerms {
             feedforward: term(self.feedforward),
-            proportional: duty_bits_to_i16(self.proportional >> (KP_BITS + ERROR_BITS - DUTY_BITS)),
+            proportional: term(self.proportional),
             integral: duty_bits_to_i16(self.integral_used >> (INTEGRAL_BITS - DUTY_BITS)),
             derivative: term(self.derivative),
         }
+    }
+
+    /// The error of the last tick, e \[m\].
+    pub const fn error(&self) -> I2F30 {
+        I2F30::from_bits(self.error)
     }
 
     /// The duty of the last tick.
@@ -202,24 +210,25 @@ pub fn step(
     let speed_error = v.saturating_sub(v_measured);
 
     // (1)
-    let ks = if v < 0 { gains.ks_backward } else { gains.ks_forward };
-    let feedforward = product(ks, v.signum() << (TERM_BITS - DUTY_BITS))
+    let ks = match v {
+        0 => 0,
+        1.. => gains.ks_forward,
+        _ => gains.ks_backward,
+    };
+    let feedforward = product(ks, 1 << (TERM_BITS - DUTY_BITS))
         + product(gains.kv, v)
-        + (product(gains.ka, setpoint.acceleration.0.to_bits())
-            >> (KA_BITS + SPEED_BITS - TERM_BITS));
+        + product(gains.ka, setpoint.acceleration.0.to_bits());
     // (2)
     let proportional = product(gains.kp, error);
     // (4)
     let derivative = product(gains.kd, speed_error);
     let integral = state.integral;
+    state.error = error;
     (state.feedforward, state.proportional) = (feedforward, proportional);
     (state.derivative, state.integral_used) = (derivative, integral);
 
     // (5)
-    let sum = feedforward
-        + (proportional >> (KP_BITS + ERROR_BITS - TERM_BITS))
-        + derivative
-        + (integral >> (INTEGRAL_BITS - TERM_BITS));
+    let sum = feedforward + proportional + derivative + (integral >> (INTEGRAL_BITS - TERM_BITS));
     let nominal = saturate_i32(sum >> (TERM_BITS - DUTY_BITS));
     let wanted = saturate_i32(product(nominal, supply_scale) >> SCALE_BITS);
     let lowest = state.duty.saturating_sub(gains.duty_slew_dt).max(-gains.duty_max);
@@ -229,12 +238,14 @@ pub fn step(
     // (3)
     let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
     if !into_limit {
-        let bound = i64::from(gains.duty_max) << (INTEGRAL_BITS - DUTY_BITS);
+        // Both limits are whole steps of the upper word.
+        let bound = gains.duty_max >> (DUTY_BITS + 32 - INTEGRAL_BITS);
         let integral = integral + product(gains.ki_dt, error);
-        state.integral = if integral > bound {
-            bound
-        } else if integral < -bound {
-            -bound
+        let upper = (integral >> 32) as i32;
+        state.integral = if upper >= bound {
+            i64::from(bound) << 32
+        } else if upper < -bound {
+            i64::from(-bound) << 32
         } else {
             integral
         };

@@ -83,13 +83,20 @@ impl Travel {
 
     /// Distance from `origin` \[m\], saturated to 2 m either way in steps of 2^-30 m.
     ///
-    /// Far more than any permitted following error, and narrow enough for 32-bit arithmetic.
+    /// Far more than any permitted following error, and narrow enough for 32-bit arithmetic. Where travel wraps, so does
+    /// the setpoint: the distance between both is right there, too.
+    #[inline(always)]
     pub fn error_from(self, origin: Travel) -> I2F30 {
-        let (way, overflow) = self.0.to_bits().overflowing_sub(origin.0.to_bits());
-        if overflow || way >> 33 != way >> 63 {
-            return if (way < 0) == overflow { I2F30::MAX } else { I2F30::MIN };
+        let way = self.0.to_bits().wrapping_sub(origin.0.to_bits());
+        let metres = (way >> 32) as i32;
+        // -2 to 1 whole metres.
+        if (metres.wrapping_add(2) as u32) < 4 {
+            I2F30::from_bits((way >> 2) as i32)
+        } else if metres < 0 {
+            I2F30::MIN
+        } else {
+            I2F30::MAX
         }
-        I2F30::from_bits((way >> 2) as i32)
     }
 }
 
@@ -150,7 +157,18 @@ mod tests {
         assert_eq!(Speed::from_si(-1e9).0, I8F24::MIN);
         let far = Travel::from_si(1e9);
         assert_eq!(far.error_from(Travel::from_si(-1e9)), I2F30::MAX);
-        assert_eq!(Travel(I32F32::MIN).error_from(Travel(I32F32::MAX)), I2F30::MIN);
+        assert_eq!(Travel::from_si(-1e9).error_from(far), I2F30::MIN);
+        for (m, error) in [(1.75, 1.75), (2.0, 2.0), (-2.0, -2.0), (-2.25, -2.0), (2.25, 2.0)] {
+            let error = I2F30::saturating_from_num(error);
+            assert_eq!(Travel::from_si(m).error_from(Travel::from_si(0.0)), error, "{m}");
+        }
+    }
+
+    #[test]
+    fn an_error_is_right_where_travel_wraps() {
+        let (last, first) = (Travel(I32F32::MAX), Travel(I32F32::MIN + I32F32::from_num(0.5)));
+        assert_eq!(first.error_from(last), I2F30::from_num(0.5));
+        assert_eq!(last.error_from(first), I2F30::from_num(-0.5) - I2F30::DELTA);
     }
 
     #[test]

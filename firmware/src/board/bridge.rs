@@ -113,6 +113,7 @@ impl Bridge {
         (bridge, StopLine(stop))
     }
 
+    #[inline(always)]
     fn set(&mut self, lines: WheelPair<Lines>) {
         let WheelPair { left, right } = lines;
         // Numbers, not [`Channel`]s: each is one store.

@@ -23,7 +23,7 @@ use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 
-use super::check_in;
+use super::check_in::{self, PARTS};
 
 /// How often the guard checks the parts \[Hz\].
 const CHECK_HZ: u32 = 100;
@@ -43,14 +43,11 @@ const STRETCHED: Timeout = Timeout { divider: Pr::DIVIDE_BY32, reload: 3999 };
 /// Checks until every part must have checked in once: the store may need repair before it can be read.
 const BOOT_CHECKS: u32 = 3 * CHECK_HZ;
 
-/// Every [`check_in::CheckedTask`].
-const ALL: u32 = 0b111;
-
 /// Checks in a row that a part may miss, in the order of [`check_in::CheckedTask`].
-const MISSES_MAX: [u32; 3] = [1, 1, 3];
+const MISSES_MAX: [u32; PARTS] = [1, 1, 3];
 
 /// How many checks in a row each part has missed.
-static MISSED: [AtomicU32; 3] = [AtomicU32::new(0), AtomicU32::new(0), AtomicU32::new(0)];
+static MISSED: [AtomicU32; PARTS] = [const { AtomicU32::new(0) }; PARTS];
 /// Checks that are left for the start; 0 after it.
 static BOOT: AtomicU32 = AtomicU32::new(BOOT_CHECKS);
 
@@ -110,21 +107,19 @@ fn feed() {
 
 #[exception]
 fn SysTick() {
-    let alive = check_in::take();
-    let mut all_well = true;
-    for (bit, (missed, max)) in MISSED.iter().zip(MISSES_MAX).enumerate() {
-        let count = if alive & 1 << bit != 0 {
-            0
-        } else {
-            missed.load(Ordering::Relaxed).saturating_add(1)
-        };
-        missed.store(count, Ordering::Relaxed);
-        all_well &= count <= max;
+    let (mut all_alive, mut all_well) = (true, true);
+    // Part by part: it may interrupt a control tick, and is to be short.
+    for part in 0..PARTS {
+        let alive = check_in::take(part);
+        let missed = if alive { 0 } else { MISSED[part].load(Ordering::Relaxed).saturating_add(1) };
+        MISSED[part].store(missed, Ordering::Relaxed);
+        all_alive &= alive;
+        all_well &= missed <= MISSES_MAX[part];
     }
     let boot = BOOT.load(Ordering::Relaxed);
     if boot > 0 {
         // The start is over when every part has checked in.
-        BOOT.store(if alive == ALL { 0 } else { boot - 1 }, Ordering::Relaxed);
+        BOOT.store(if all_alive { 0 } else { boot - 1 }, Ordering::Relaxed);
         feed();
     } else if all_well && !check_in::tripped() {
         feed();

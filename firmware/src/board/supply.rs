@@ -77,6 +77,7 @@ impl DividedSupply {
 }
 
 impl Supply for DividedSupply {
+    #[inline(always)]
     fn millivolts(&mut self) -> u16 {
         if pac::ADC1.sr().read().eoc() {
             self.take(pac::ADC1.dr().read().data());

@@ -38,6 +38,12 @@ const ROLL_TICKS: u32 = 40;
 const ROLL_TICKS_MAX: f64 = 1000.0;
 /// Fractional bits of a lag.
 const LAG_BITS: u32 = 16;
+/// Fractional bits of a time constant in ticks.
+const CONSTANT_BITS: u32 = 8;
+/// Fractional bits of an inverse of a duty in steps of 2^-30.
+const PER_KS_BITS: u32 = 46;
+/// Fractional bits of a duty's share in another.
+const SHARE_BITS: u32 = 16;
 /// No wheel of a robot rolls faster at full duty \[m/s\]; bounds (1) where kv is not configured.
 const FULL_SPEED_MPS_MAX: f64 = 20.0;
 
@@ -48,8 +54,14 @@ pub(super) struct PushLimits {
     ks: i32,
     /// Of (1) and (2), as a sum of duties over ticks [2^-30].
     push_max: i64,
+    /// Up to here the push is slow.
+    push_slow: i64,
     /// A tick over the time constant kA / kV, at most 1 [2^-16].
     lag: i64,
+    /// Its inverse [ticks, 2^-8].
+    constant: i64,
+    /// 1 / (2 kS), duties in steps of 2^-30 [2^-46]. Here, so that no tick divides.
+    per_twice_ks: i64,
     hold_ticks: u32,
     /// So long the wheel may roll out.
     roll_ticks: u32,
@@ -69,12 +81,18 @@ impl PushLimits {
         let kv_s_per_m = max(kv, 1.0 / FULL_SPEED_MPS_MAX);
         let constant_s = ka / kv_s_per_m;
         let expected_m = max(EXPECTED_M_MAX, EXPECTED_COUNTS_MAX * q_m);
+        let push_max = truncate(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS);
+        let lag =
+            truncate(min(1.0, 1.0 / max(constant_s * hz, 1.0 / ROLL_TICKS_MAX)), LAG_BITS).max(1);
+        let ks = bits(min(ks, 1.0));
         Self {
             duty_max: bits(min(config.protection.probe_duty_max, config.limits.duty_max)),
-            ks: bits(min(ks, 1.0)),
-            push_max: truncate(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS),
-            lag: truncate(min(1.0, 1.0 / max(constant_s * hz, 1.0 / ROLL_TICKS_MAX)), LAG_BITS)
-                .max(1),
+            ks,
+            push_max,
+            push_slow: push_max / SLOW_SHARE,
+            lag,
+            constant: (1 << (LAG_BITS + CONSTANT_BITS)) / lag,
+            per_twice_ks: (1 << PER_KS_BITS) / (2 * i64::from(ks)).max(1 << 10),
             roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_s * hz, ROLL_TICKS_MAX), 0) as u32,
             hold_ticks: truncate(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
             counts: truncate(max(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
@@ -221,13 +239,13 @@ impl WheelProbe {
     /// motor brakes, and at most v^2 kA / (2 kS), as friction does.
     fn rolls_on(&self) -> i64 {
         let Self { limits, lagging, .. } = self;
-        let by_motor = (lagging << LAG_BITS) / limits.lag;
-        let twice_ks = 2 * i64::from(limits.ks);
-        if *lagging >= twice_ks {
+        // Below 2^41, as the duty is below 2^31 and the time constant 1000 ticks at most.
+        let by_motor = (lagging * limits.constant) >> CONSTANT_BITS;
+        if *lagging >= 2 * i64::from(limits.ks) {
             return by_motor;
         }
-        // Below 2^41 and 2^31: the product keeps within 63 bits.
-        (by_motor >> 10) * lagging / (twice_ks >> 10).max(1)
+        let share = (lagging * limits.per_twice_ks) >> (PER_KS_BITS - SHARE_BITS);
+        (by_motor * share) >> SHARE_BITS
     }
 
     /// The duty of this tick.
@@ -238,7 +256,7 @@ impl WheelProbe {
         self.lagging += ((excess - self.lagging) * limits.lag) >> LAG_BITS;
         self.push += self.lagging;
         if self.duty < limits.duty_max {
-            let slow = self.push < limits.push_max / SLOW_SHARE;
+            let slow = self.push < limits.push_slow;
             let rise_ticks = if slow { RISE_TICKS } else { FAST_RISE_TICKS };
             let rise = (limits.duty_max / rise_ticks).max(1);
             self.duty = (self.duty + rise).min(limits.duty_max);

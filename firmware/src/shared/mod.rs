@@ -22,6 +22,7 @@ mod handoff;
 mod tick;
 
 use core::cell::RefCell;
+use core::sync::atomic::AtomicU32;
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::channel::Channel;
@@ -46,6 +47,9 @@ use crate::soft_float::truncate;
 use crate::voltage::VoltagePlan;
 
 /// Everything that passes from one task to another.
+///
+/// In this order in memory: what each tick touches is first, near enough for an instruction to hold its distance.
+#[repr(C)]
 pub struct Shared<M: RawMutex> {
     /// Capture to profile: this tick's measurement is there.
     pub measurement_ready: Notify<M>,
@@ -83,7 +87,7 @@ pub struct Shared<M: RawMutex> {
     /// Telemetry to supervisor: the last frames, in case one was lost on the line.
     pub history: TelemetryHistory<M>,
     /// Ticks between two telemetry frames, 0 for none.
-    pub telemetry_period: SharedCell<M, u32>,
+    pub telemetry_period: AtomicU32,
     /// The latched fault.
     pub fault: FaultLatch<M>,
     /// The supervisor's state, for telemetry.
@@ -129,7 +133,7 @@ impl<M: RawMutex> Shared<M> {
             telemetry_due: Notify::new(),
             telemetry: Channel::new(),
             history: TelemetryHistory::new(),
-            telemetry_period: SharedCell::new(0),
+            telemetry_period: AtomicU32::new(0),
             fault: FaultLatch::new(),
             state: SharedCell::new(State::Boot),
             driver: SharedCell::new(None),
@@ -273,26 +277,26 @@ pub struct LoopSettings {
 #[derive(Clone, Copy, Debug)]
 pub struct SupplyLimits {
     /// The lowest.
-    pub min: u16,
+    pub min: u32,
     /// The highest.
-    pub max: u16,
+    pub max: u32,
     /// Where the gains hold; 0 for any, and where the supply is not measured.
     pub nominal: u16,
     /// Taken for the supply where it is not measured; 0 where it is.
-    pub assumed: u16,
+    pub assumed: u32,
 }
 
 impl SupplyLimits {
     /// Those of a configuration.
     pub fn new(config: &Config) -> Self {
-        let millivolts = |volts: f64| truncate(volts * 1000.0, 0) as u16;
+        let millivolts = |volts: f64| truncate(volts * 1000.0, 0) as u32;
         let min = millivolts(config.protection.supply_v_min);
         let max = millivolts(config.protection.supply_v_max);
         Self {
             min,
-            max: if max == 0 { u16::MAX } else { max },
+            max: if max == 0 { u32::MAX } else { max },
             // Without a divider there is nothing to scale by.
-            nominal: if min == 0 { 0 } else { millivolts(config.feedforward.supply_v) },
+            nominal: if min == 0 { 0 } else { millivolts(config.feedforward.supply_v) as u16 },
             assumed: if min == 0 { millivolts(config.feedforward.nominal_v()) } else { 0 },
         }
     }
@@ -300,13 +304,13 @@ impl SupplyLimits {
     /// The supply as measured, or what it is taken for.
     #[inline(always)]
     pub fn known(self, measured_mv: u16) -> u16 {
-        if self.assumed == 0 { measured_mv } else { self.assumed }
+        if self.assumed == 0 { measured_mv } else { self.assumed as u16 }
     }
 
     /// Whether the motors may have this supply.
     #[inline(always)]
     pub fn admits(self, supply_mv: u16) -> bool {
-        self.min <= supply_mv && supply_mv <= self.max
+        (self.min..=self.max).contains(&u32::from(supply_mv))
     }
 }
 

@@ -1,6 +1,7 @@
 //! The control tick that capture, profile and PID work on, and telemetry from it.
 
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use fixed::types::{I8F24, I32F32};
@@ -61,11 +62,15 @@ pub struct Snapshot {
 }
 
 /// Where the present [`Tick`] is kept.
-pub struct TickCell<M: RawMutex>(Mutex<M, RefCell<Tick>>);
+pub struct TickCell<M: RawMutex> {
+    tick: Mutex<M, Tick>,
+    /// Somebody works on it. Checked in tests only: each control tick would do it three times.
+    taken: AtomicBool,
+}
 
 impl<M: RawMutex> TickCell<M> {
     pub(super) const fn new() -> Self {
-        Self(Mutex::new(RefCell::new(Tick {
+        let tick = Tick {
             measured: Measured {
                 tick: 0,
                 t_us: 0,
@@ -80,13 +85,24 @@ impl<M: RawMutex> TickCell<M> {
             duty: WheelPair::both(Duty::ZERO),
             probing: false,
             applied: AppliedVoltage::ZERO,
-        })))
+        };
+        Self { tick: Mutex::new(tick), taken: AtomicBool::new(false) }
     }
 
-    /// Works on the tick in place.
+    /// Works on the tick in place. The work never asks for it again: whatever it calls is given the tick.
     #[inline(always)]
     pub(crate) fn with<R>(&self, work: impl FnOnce(&mut Tick) -> R) -> R {
-        self.0.lock(|tick| work(&mut tick.borrow_mut()))
+        // SAFETY: never within itself, which tests hold below; so there is one reference at a time.
+        unsafe {
+            self.tick.lock_mut(|tick| {
+                debug_assert!(!self.taken.swap(true, Ordering::Relaxed), "a tick within a tick");
+                let done = work(tick);
+                if cfg!(debug_assertions) {
+                    self.taken.store(false, Ordering::Relaxed);
+                }
+                done
+            })
+        }
     }
 
     /// The whole tick, for use outside the control tick: that has no time for conversions to the wire's units.

@@ -4,6 +4,8 @@
 //! next control tick at the latest. It also counts down the dead-man itself: without the supervisor's
 //! word no motion goes on.
 
+use core::sync::atomic::Ordering;
+
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use shared_proto::{AtFault, DriverConfig, Fault, WheelPair};
 
@@ -53,7 +55,7 @@ pub async fn run<M: RawMutex>(
             }
             tick.duty = output.duty;
             tick.probing = output.probing;
-            let period = shared.telemetry_period.get();
+            let period = shared.telemetry_period.load(Ordering::Relaxed);
             if period != 0 && tick.measured.tick.is_multiple_of(period) {
                 shared.telemetry_due.notify();
             }
@@ -248,7 +250,7 @@ impl Control {
         }
         let Measured { travel, speed, .. } = &*measured;
         let duty = step_both(&self.gains, loops, setpoints, travel, speed, supply_scale);
-        if let Some(fault) = self.protection.step(setpoints, measured, duty, supply_scale) {
+        if let Some(fault) = self.protection.step(setpoints, measured, loops, supply_scale) {
             shared.raise_in_tick(fault, measured.t_us);
         }
         Output { enabled: true, probing: false, duty }
@@ -267,7 +269,7 @@ impl Control {
             (self.supply_low_ticks, self.supply_high_ticks) = (0, 0);
             return None;
         }
-        if supply_mv < self.supply_mv.min {
+        if u32::from(supply_mv) < self.supply_mv.min {
             self.supply_low_ticks += 1;
             return (self.supply_low_ticks > SUPPLY_LOW_TICKS_MAX).then_some(Fault::SupplyLow);
         }

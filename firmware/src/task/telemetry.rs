@@ -1,5 +1,7 @@
 //! Telemetry: follows where the robot is, hands the frames that are due to the link, and drops what the line cannot take.
 
+use core::sync::atomic::Ordering;
+
 use embassy_futures::select::{Either, select};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Timer};
@@ -30,7 +32,9 @@ fn step<M: RawMutex>(shared: &Shared<M>, reckoning: &mut DeadReckoning, is_due: 
         Some(OdometryOrder::With(geometry)) => reckoning.adopt(geometry, travel),
         None => reckoning.step(travel),
     }
-    let Some(number) = tick.measured.tick.checked_div(shared.telemetry_period.get()) else {
+    let Some(number) =
+        tick.measured.tick.checked_div(shared.telemetry_period.load(Ordering::Relaxed))
+    else {
         return;
     };
     if !is_due {

@@ -200,12 +200,13 @@ impl Cursor {
     /// The setpoint at this point.
     #[inline(always)]
     pub fn setpoint(&self) -> Setpoint {
-        // 2^-64 m to 2^-32 m, and 2^-64 m/tick to 2^-24 m/s, each to the nearest step.
+        // 2^-64 m to 2^-32 m, and 2^-64 m/tick to 2^-24 m/s, each to the nearest step. No configuration permits 128 m/s,
+        // from which on this would not fit.
         let travel = (self.point.position + (1 << 31)) >> 32;
         let speed = ((self.point.velocity >> 20) * i64::from(CONTROL_HZ) + (1 << 19)) >> 20;
         Setpoint {
             travel: Travel(I32F32::from_bits(travel as i64)),
-            speed: Speed(I8F24::from_bits(crate::units::saturate_i32(speed))),
+            speed: Speed(I8F24::from_bits(speed as i32)),
             acceleration: self.acceleration,
         }
     }

@@ -32,8 +32,8 @@ mod wheel_monitor;
 use shared_proto::{Config, Fault, WheelPair};
 
 use crate::capture::Measured;
+use crate::pid::PidState;
 use crate::profile::Setpoint;
-use crate::units::Duty;
 
 use sample::WheelSample;
 pub use thresholds::{Thresholds, counts_per_tick_max};
@@ -73,18 +73,28 @@ impl Protection {
 
     /// One tick; returns the first fault found, the left wheel's before the right wheel's.
     ///
-    /// `supply_scale`: by which the duty was scaled for the supply, as in [`step_both`](crate::pid::step_both).
+    /// `loops`: both controllers after this tick. `supply_scale`: by which the duty was scaled for the supply, as in [`step_both`](crate::pid::step_both).
     #[inline(never)]
     pub fn step(
         &mut self,
         setpoints: &WheelPair<Setpoint>,
         measured: &Measured,
-        duty: WheelPair<Duty>,
+        loops: &WheelPair<PidState>,
         supply_scale: i32,
     ) -> Option<Fault> {
         let Measured { travel, counts, .. } = measured;
-        let left = WheelSample::new(&setpoints.left, (travel.left, counts.left), duty.left);
-        let right = WheelSample::new(&setpoints.right, (travel.right, counts.right), duty.right);
+        let left = WheelSample {
+            setpoint: &setpoints.left,
+            travel: travel.left,
+            counts: counts.left as u32,
+            controller: &loops.left,
+        };
+        let right = WheelSample {
+            setpoint: &setpoints.right,
+            travel: travel.right,
+            counts: counts.right as u32,
+            controller: &loops.right,
+        };
         if !self.watching {
             self.watching = true;
             let Thresholds(limits) = &self.thresholds;
@@ -93,8 +103,8 @@ impl Protection {
             return None;
         }
         let found = (
-            self.monitors.left.step(&self.thresholds.0.left, &left, supply_scale),
-            self.monitors.right.step(&self.thresholds.0.right, &right, supply_scale),
+            self.monitors.left.step(&self.thresholds.0.left, left, supply_scale),
+            self.monitors.right.step(&self.thresholds.0.right, right, supply_scale),
         );
         match found {
             (None, None) => None,

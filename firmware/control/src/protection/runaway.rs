@@ -26,9 +26,9 @@ impl Run {
 
     /// One more tick; whether the wheel has gone far enough against its duty to be looked at.
     #[inline(always)]
-    pub fn goes_on(&mut self, limits: &WheelThresholds, view: &WheelSample) -> bool {
-        self.push += i64::from(view.duty.0.to_bits());
-        let way = view.positions.travel.wrapping_sub(self.start.travel);
+    pub fn goes_on(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
+        self.push += i64::from(view.duty().0.to_bits());
+        let way = view.positions().travel.wrapping_sub(self.start.travel);
         2 * way.abs() >= limits.runaway && (self.push > 0) != (way > 0)
     }
 
@@ -42,10 +42,10 @@ impl Run {
     pub fn runs_against_motor(
         &mut self,
         limits: &WheelThresholds,
-        (view, supply_scale): (&WheelSample, i32),
+        (view, supply_scale): (&WheelSample<'_>, i32),
         (tick, lately): (u32, (u32, u32)),
     ) -> bool {
-        let moved = view.positions.since(self.start);
+        let moved = view.positions().since(self.start);
         let way = moved.travel.abs();
         let ticks = i64::from(tick.wrapping_sub(self.tick));
         let at_supply = |nominal: i64| (nominal >> SCALE_BITS) * i64::from(supply_scale);

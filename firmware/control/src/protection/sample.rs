@@ -1,24 +1,34 @@
 //! What a wheel did by one tick.
 
+use crate::pid::PidState;
 use crate::profile::Setpoint;
 use crate::units::{Duty, Travel};
 
 /// One wheel at one tick.
 #[derive(Clone, Copy)]
-pub struct WheelSample {
-    pub positions: Positions,
-    pub counts: i64,
-    /// The setpoint rests.
-    pub rests: bool,
-    pub duty: Duty,
+pub struct WheelSample<'a> {
+    pub setpoint: &'a Setpoint,
+    pub travel: Travel,
+    /// The count's lower half: between two ticks it changes by far less.
+    pub counts: u32,
+    pub controller: &'a PidState,
 }
 
-impl WheelSample {
+impl WheelSample<'_> {
+    /// What the motor is driven with.
+    pub fn duty(&self) -> Duty {
+        self.controller.duty()
+    }
+
+    /// The setpoint rests.
     #[inline(always)]
-    pub fn new(setpoint: &Setpoint, (travel, counts): (Travel, i64), duty: Duty) -> Self {
-        let positions =
-            Positions { setpoint: setpoint.travel.0.to_bits(), travel: travel.0.to_bits() };
-        Self { positions, counts, rests: setpoint.speed.0 == 0, duty }
+    pub fn rests(&self) -> bool {
+        self.setpoint.speed.0 == 0
+    }
+
+    #[inline(always)]
+    pub fn positions(&self) -> Positions {
+        Positions { setpoint: self.setpoint.travel.0.to_bits(), travel: self.travel.0.to_bits() }
     }
 }
 

@@ -5,7 +5,7 @@ use shared_proto::{Config, Wheel, WheelPair};
 
 use crate::odometry::Odometry;
 use crate::soft_float::{max, nearest, truncate};
-use crate::units::{CONTROL_HZ, MetersPerCount};
+use crate::units::{CONTROL_HZ, MetersPerCount, saturate_i32};
 
 /// Checkpoints in a stall time.
 pub(super) const CHECKPOINTS_LEN: usize = 8;
@@ -33,7 +33,7 @@ impl Thresholds {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WheelThresholds {
     pub error_max: i64,
-    pub counts_per_tick_max: u64,
+    pub counts_per_tick_max: u32,
     pub stall_ticks: u32,
     /// Between two checkpoints of the creep rule.
     pub checkpoint_ticks: u32,
@@ -50,6 +50,30 @@ pub(super) struct WheelThresholds {
     pub acceleration_cost: i64,
     pub resting_error: i64,
     pub resting_duty: u32,
+    pub quiet: QuietBounds,
+}
+
+/// Within these a wheel [is quiet](super::wheel_monitor::WheelMonitor).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct QuietBounds {
+    /// Error while the setpoint moves, below this \[2^-30 m\].
+    pub error: u32,
+    /// Error while it rests, below this \[2^-30 m\].
+    pub resting_error: u32,
+    /// Advance of the setpoint since the last count, at most this \[2^-32 m\].
+    pub advance: u32,
+}
+
+impl QuietBounds {
+    fn new(error_max: i64, resting_error: i64, standing_advance: i64) -> Self {
+        // A wheel that only just is not quiet is looked at: nothing is rounded up.
+        let error = |steps: i64| saturate_i32(steps >> 2) as u32;
+        Self {
+            error: error(error_max),
+            resting_error: error(resting_error),
+            advance: saturate_i32(standing_advance - 1) as u32,
+        }
+    }
 }
 
 impl WheelThresholds {
@@ -64,21 +88,24 @@ impl WheelThresholds {
         let ks = max(ks_forward, ks_backward);
         // Of a step of travel in a duty of 2^-30.
         let share = hz / f64::from(1 << (TRAVEL_BITS - I2F30::FRAC_NBITS));
+        let error_max = steps(error_m_max);
+        let (resting_error, standing_advance) = (steps(4.0 * q_m), at_least(4.0, 0.002));
         let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
         Self {
-            error_max: steps(error_m_max),
-            counts_per_tick_max: counts_per_tick_max(config, q),
+            error_max,
+            counts_per_tick_max: saturate_i32(counts_per_tick_max(config, q) as i64) as u32,
             stall_ticks,
             checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
-            standing_advance: at_least(4.0, 0.002),
+            standing_advance,
             creeping_advance: at_least(8.0, 0.004),
             reversed_run: at_least(6.0, 0.15 * error_m_max),
             runaway: at_least(6.0, 0.05 * error_m_max),
             friction: nearest(ks, I2F30::FRAC_NBITS),
             speed_cost: nearest(kv * share, 8),
             acceleration_cost: nearest(ka * share * hz, 0),
-            resting_error: steps(4.0 * q_m),
+            resting_error,
             resting_duty: nearest(ks + 0.1, I2F30::FRAC_NBITS) as u32,
+            quiet: QuietBounds::new(error_max, resting_error, standing_advance),
         }
     }
 }

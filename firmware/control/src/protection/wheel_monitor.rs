@@ -4,7 +4,7 @@ use shared_proto::{Fault, Wheel};
 
 use super::runaway::Run;
 use super::sample::{Positions, WheelSample};
-use super::thresholds::{CHECKPOINTS_LEN, WheelThresholds};
+use super::thresholds::{CHECKPOINTS_LEN, QuietBounds, WheelThresholds};
 
 /// A kind of fault that needs a wheel.
 pub type WheelFault = fn(Wheel) -> Fault;
@@ -13,7 +13,7 @@ pub type WheelFault = fn(Wheel) -> Fault;
 #[derive(Clone, Copy, Debug, Default)]
 struct Change {
     tick: u32,
-    counts: i64,
+    counts: u32,
     positions: Positions,
 }
 
@@ -23,7 +23,7 @@ const CHANGES_LEN: usize = 8;
 ///
 /// Few, to see a wheel slow down over about 4 counts. At 2 ms per count, as at the paper's cruise, one tick
 /// of quantisation is a quarter of the time; the factor of two thirds allows for that.
-const LAST_COUNTS: u64 = 2;
+const LAST_COUNTS: u32 = 2;
 const LAST_TICKS: u32 = 4;
 /// Changes over which the speed of a wheel is taken that turns the wrong way.
 const LATELY: usize = 4;
@@ -39,7 +39,7 @@ pub struct WheelMonitor {
     /// The newest change that led to a new count; before the first one, the start.
     last: Change,
     /// The count, and what it was before it changed last.
-    counts: (i64, i64),
+    counts: (u32, u32),
     /// How often it has gone back; halved by each change that led to a new count.
     goings_back: u32,
     /// How often it has gone back in about the last stall time.
@@ -84,9 +84,9 @@ impl WheelMonitor {
     ///
     /// `since_checkpoint`: so many ticks are taken to have passed; not the same of both wheels, whose checkpoints would
     /// fall into one tick.
-    pub fn begin(&mut self, view: &WheelSample, since_checkpoint: u32) {
+    pub fn begin(&mut self, view: &WheelSample<'_>, since_checkpoint: u32) {
         self.tick = 0;
-        self.start = view.positions;
+        self.start = view.positions();
         self.last = Change { tick: 0, counts: view.counts, positions: self.start };
         self.counts = (view.counts, view.counts);
         (self.goings_back, self.flaps) = (0, 0);
@@ -102,11 +102,11 @@ impl WheelMonitor {
     pub fn step(
         &mut self,
         limits: &WheelThresholds,
-        view: &WheelSample,
+        view: WheelSample<'_>,
         supply_scale: i32,
     ) -> Option<WheelFault> {
         self.tick = self.tick.wrapping_add(1);
-        let moved = view.counts.wrapping_sub(self.counts.0);
+        let moved = view.counts.wrapping_sub(self.counts.0) as i32;
         if moved != 0 {
             if moved.unsigned_abs() > limits.counts_per_tick_max {
                 return Some(Fault::CountRate);
@@ -117,13 +117,15 @@ impl WheelMonitor {
                 (self.goings_back, self.flaps) = (self.goings_back + 1, self.flaps + 1);
             } else {
                 self.goings_back >>= 1;
-                self.record(view, moved > 0);
+                self.record(&view, moved > 0);
             }
         }
-        if !self.is_quiet(limits, view) {
-            self.examine(limits, view, supply_scale)
+        if !self.is_quiet(&limits.quiet, &view) {
+            // A copy, made here: whatever these are given by reference has to be in memory, and not at every tick.
+            let view = WheelSample { ..view };
+            self.examine(limits, &view, supply_scale)
         } else if self.checkpoint_is_due(limits) {
-            self.examine_checkpoint(limits, view)
+            self.examine_checkpoint(limits, view.positions())
         } else {
             None
         }
@@ -131,12 +133,15 @@ impl WheelMonitor {
 
     /// A shorter question than the rules: if the answer is yes, none of them applies but those of a checkpoint.
     #[inline(always)]
-    fn is_quiet(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
-        let Positions { setpoint, travel } = view.positions;
-        let advance = setpoint.abs_diff(self.last.positions.setpoint);
-        let error = setpoint.abs_diff(travel);
-        let error_max = if view.rests { limits.resting_error } else { limits.error_max };
-        self.run.is_none() && error < error_max as u64 && advance < limits.standing_advance as u64
+    fn is_quiet(&self, bounds: &QuietBounds, view: &WheelSample<'_>) -> bool {
+        let error = view.controller.error().to_bits().unsigned_abs();
+        let error_max = if view.rests() { bounds.resting_error } else { bounds.error };
+        let setpoint = view.setpoint.travel.0.to_bits();
+        let advance = setpoint.wrapping_sub(self.last.positions.setpoint);
+        // Either way by at most this: one comparison.
+        let bound = u64::from(bounds.advance);
+        let in_bounds = (advance as u64).wrapping_add(bound) <= 2 * bound;
+        self.run.is_none() && error < error_max && in_bounds
     }
 
     /// The rules that may apply to a quiet wheel at a checkpoint.
@@ -144,11 +149,11 @@ impl WheelMonitor {
     fn examine_checkpoint(
         &mut self,
         limits: &WheelThresholds,
-        view: &WheelSample,
+        positions: Positions,
     ) -> Option<WheelFault> {
-        if self.oscillates_off_setpoint(limits, view.positions) {
+        if self.oscillates_off_setpoint(limits, positions) {
             Some(Fault::EncoderDead)
-        } else if self.creeps(limits, view.positions) {
+        } else if self.creeps(limits, positions) {
             Some(self.diagnose(limits))
         } else {
             None
@@ -166,10 +171,10 @@ impl WheelMonitor {
     fn examine(
         &mut self,
         limits: &WheelThresholds,
-        view: &WheelSample,
+        view: &WheelSample<'_>,
         supply_scale: i32,
     ) -> Option<WheelFault> {
-        let positions = view.positions;
+        let positions = view.positions();
         let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
         let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
         if self.oscillates_off_setpoint(limits, positions) {
@@ -187,8 +192,8 @@ impl WheelMonitor {
         }
     }
 
-    fn record(&mut self, view: &WheelSample, forward: bool) {
-        let positions = view.positions;
+    fn record(&mut self, view: &WheelSample<'_>, forward: bool) {
+        let positions = view.positions();
         let advanced = positions.since(self.last.positions).setpoint;
         // Towards which the wheel should turn: with the setpoint, or back to one that rests.
         let wanted = match advanced {
@@ -224,7 +229,7 @@ impl WheelMonitor {
     fn runs_against_motor(
         &mut self,
         limits: &WheelThresholds,
-        view: &WheelSample,
+        view: &WheelSample<'_>,
         supply_scale: i32,
     ) -> bool {
         let (tick, lately) = (self.tick, self.recent_travel());
@@ -253,11 +258,11 @@ impl WheelMonitor {
     }
 
     /// The count stands still although a high duty pushes the wheel towards a setpoint at rest.
-    fn is_stuck_at_rest(&self, limits: &WheelThresholds, view: &WheelSample) -> bool {
-        let positions = view.positions;
-        view.rests
+    fn is_stuck_at_rest(&self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
+        let positions = view.positions();
+        view.rests()
             && self.standing_ticks() >= 10 * limits.stall_ticks
-            && view.duty.0.to_bits().unsigned_abs() >= limits.resting_duty
+            && view.duty().0.to_bits().unsigned_abs() >= limits.resting_duty
             && positions.setpoint.abs_diff(positions.travel) >= limits.resting_error as u64
     }
 
@@ -315,7 +320,7 @@ impl WheelMonitor {
     /// Whether the time from the `age`-th newest change to the newest is long enough to tell the rate.
     fn covers(&self, age: usize) -> bool {
         let (last, earlier) = (self.change(1), self.change(age));
-        last.counts.abs_diff(earlier.counts) >= LAST_COUNTS
+        (last.counts.wrapping_sub(earlier.counts) as i32).unsigned_abs() >= LAST_COUNTS
             && last.tick.wrapping_sub(earlier.tick) >= LAST_TICKS
     }
 }

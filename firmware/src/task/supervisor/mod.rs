@@ -358,7 +358,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             (SupplyLimits::new(&self.config), self.shared.snapshot.get().supply_mv);
         match limits.admits(supply_mv) {
             true => None,
-            false if supply_mv < limits.min => Some(Fault::SupplyLow),
+            false if u32::from(supply_mv) < limits.min => Some(Fault::SupplyLow),
             false => Some(Fault::SupplyHigh),
         }
     }

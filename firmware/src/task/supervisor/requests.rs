@@ -1,5 +1,7 @@
 //! The host's requests, and how each is answered.
 
+use core::sync::atomic::Ordering;
+
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Timer};
 use shared_proto::{
@@ -69,7 +71,8 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             Command::Arm { take } => take,
             // The driver has not asked for telemetry itself.
             Command::Subscribe { .. } => {
-                self.shared.telemetry_period.get() == 0 || self.driver() != Some(self.subscriber)
+                self.shared.telemetry_period.load(Ordering::Relaxed) == 0
+                    || self.driver() != Some(self.subscriber)
             }
             _ => false,
         };
@@ -155,7 +158,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 }
                 self.subscriber = request.session;
                 let ticks = u32::from(period_ms) * 1000 / CONTROL_PERIOD_US;
-                self.shared.telemetry_period.set(ticks);
+                self.shared.telemetry_period.store(ticks, Ordering::Relaxed);
                 Ok(Answer::Done)
             }
             Command::Recall { number } => {

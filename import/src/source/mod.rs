@@ -2,6 +2,7 @@
 //!
 //! What is certain is chosen; what is not is asked for, with what there is to choose from.
 
+mod checks;
 mod file;
 mod gyro_and_supply;
 mod offer;
@@ -88,31 +89,9 @@ impl Sources {
             }
         }
         let sources = Self { each };
+        sources.check_times()?;
         sources.check_mappings(mappings)?;
         Ok(sources)
-    }
-
-    /// A column that was mapped must be in some file.
-    fn check_mappings(&self, mappings: &[Mapping]) -> Result<(), CampaignError> {
-        let texts = || {
-            self.each.iter().filter_map(|source| match source {
-                Source::Text(file, logs) => Some((file, logs)),
-                Source::Bag(..) => None,
-            })
-        };
-        for mapping in mappings {
-            let is_there = texts().any(|(_, logs)| logs.columns.contains(&mapping.column));
-            if is_there {
-                continue;
-            }
-            let Some((file, _)) = texts().next() else { continue };
-            let columns: Vec<String> = texts()
-                .map(|(file, logs)| format!("{}: {}", file.display(), logs.columns.join(", ")))
-                .collect();
-            let problem = format!("no file has a column `{}`", mapping.column);
-            return Err(error(file, problem, format!("the columns are: {}", columns.join("; "))));
-        }
-        Ok(())
     }
 
     /// What there is to choose from.

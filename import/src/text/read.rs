@@ -10,6 +10,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::cell::number;
 use super::mapping::by_name;
+use super::restarts::RunColumn;
 use super::{Mapping, Quantity, held_poses};
 use crate::log::{Note, Pose3, PoseLog, WheelLog, WheelUnit, error, ordered};
 
@@ -24,6 +25,8 @@ pub struct TextLogs {
     pub notes: Vec<Note>,
     /// The names of its columns.
     pub columns: Vec<String>,
+    /// Its time began again in each run, and tells nothing about another file's.
+    pub has_own_time: bool,
 }
 
 /// The columns of a TUM trajectory.
@@ -77,6 +80,7 @@ pub(super) struct Table<'a> {
     cells: usize,
     pub(super) used: Vec<Used>,
     header: Vec<String>,
+    pub(super) runs: Option<RunColumn>,
 }
 
 /// The separator of a line.
@@ -93,16 +97,17 @@ impl<'a> Table<'a> {
     /// A table with these columns, none of which is used yet.
     pub(super) fn with_header(file: &'a Path, header: Vec<String>) -> Self {
         let (cells, used) = (header.len(), Vec::new());
-        Self { file, delimiter: b',', has_header: true, cells, used, header }
+        Self { file, delimiter: b',', has_header: true, cells, used, header, runs: None }
     }
 
     /// What its columns are, once they have values.
     pub(super) fn logs(mut self, mut notes: Vec<Note>) -> Result<TextLogs, CampaignError> {
         notes.extend(self.scale_times()?);
         notes.extend(self.scale_headings()?);
+        let has_own_time = self.join_runs(&mut notes)?;
         let (wheels, poses) = (self.wheels(&mut notes), self.poses(&mut notes));
         let columns = if self.has_header { self.header } else { Vec::new() };
-        Ok(TextLogs { wheels, poses, notes, columns })
+        Ok(TextLogs { wheels, poses, notes, columns, has_own_time })
     }
 
     fn of(
@@ -129,9 +134,17 @@ impl<'a> Table<'a> {
         let is_number = |cell: &String| cell.parse::<f64>().is_ok();
         let has_header = !header.iter().all(is_number)
             && (!is_comment || header.len() == values.len() && delimiter != b' ');
-        let mut table =
-            Self { file, delimiter, has_header, cells: values.len(), used: Vec::new(), header };
+        let mut table = Self {
+            file,
+            delimiter,
+            has_header,
+            cells: values.len(),
+            used: Vec::new(),
+            header,
+            runs: None,
+        };
         if has_header {
+            table.runs = RunColumn::of(&table.header);
             table.cells = table.header.len();
             table.use_columns(mappings)?;
         } else if values.len() == TUM.len() && values.iter().all(is_number) {
@@ -298,6 +311,9 @@ impl<'a> Table<'a> {
                     "leave the cell empty if it was not measured, or map another column with --map",
                 )
             })?);
+        }
+        if let Some(runs) = &mut self.runs {
+            runs.push(cells[runs.index]);
         }
         for (used, value) in self.used.iter_mut().zip(values) {
             used.values.push(value * used.factor.unwrap_or(1.0));

@@ -133,3 +133,40 @@ fn poses_that_stand_until_the_next_are_taken_once() {
     assert_eq!(logs.poses.unwrap().poses.len(), 100);
     assert!(logs.notes[0].text.contains("the first of each is taken"), "{:?}", logs.notes);
 }
+
+/// Rows at these times, each with the name of its run.
+fn rows(runs: &[(&str, &[f64])]) -> String {
+    let mut text = "run,t_s,left_rad,right_rad,x_m,y_m\n".to_owned();
+    for (name, times) in runs {
+        text.extend(times.iter().map(|t_s| format!("{name},{t_s},{t_s},{t_s},{t_s},0\n")));
+    }
+    text
+}
+
+#[test]
+fn runs_whose_time_begins_again_are_put_one_after_another_and_never_mixed() {
+    let text = rows(&[("a", &[0.0, 1.0, 20.0]), ("b", &[0.0, 1.0, 9.0]), ("c", &[0.5, 2.0])]);
+    let logs = parsed(&text, "").unwrap();
+    let wheels = logs.wheels.unwrap();
+    assert_eq!(wheels.t_s, [0.0, 1.0, 20.0, 30.0, 31.0, 39.0, 49.0, 50.5]);
+    assert_eq!(logs.poses.unwrap().poses.len(), 8);
+    assert!(logs.has_own_time);
+    let [note] = logs.notes.as_slice() else { panic!("{:?}", logs.notes) };
+    assert!(note.to_string().contains("each of 3 runs"), "{note}");
+    // One clock for all runs stays as it is.
+    let text = rows(&[("a", &[0.0, 1.0, 20.0]), ("b", &[25.0, 26.0])]);
+    let logs = parsed(&text, "").unwrap();
+    assert_eq!(logs.wheels.unwrap().t_s, [0.0, 1.0, 20.0, 25.0, 26.0]);
+    assert!(!logs.has_own_time);
+}
+
+#[test]
+fn a_table_of_two_recordings_without_their_names_is_refused_where_the_second_begins() {
+    let text = rows(&[("a", &[0.0, 1.0, 19.0, 20.0]), ("b", &[0.0, 1.0])]).replace("run,", "lap,");
+    let refused = parsed(&text, "").unwrap_err().to_string();
+    assert!(refused.contains("time begins again: 0 s come after 20 s"), "{refused}");
+    assert!(refused.contains("line 6"), "{refused}");
+    // A single wrong time is no recording.
+    let text = rows(&[("a", &[0.0, 1.0, 1e6, 2.0, 3.0, 4.0])]).replace("run,", "lap,");
+    assert_eq!(parsed(&text, "").unwrap().wheels.unwrap().t_s.len(), 6);
+}

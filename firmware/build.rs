@@ -15,6 +15,7 @@ fn main() {
         ("NUCLEO_F446RE", "one_bank"),
         ("NUCLEO_F411RE", "one_bank"),
         ("BLACK_PILL_F411", "one_bank"),
+        ("NUCLEO_G474RE", "two_small_banks"),
     ];
     let chosen =
         |(board, _): &(&str, &str)| variable(&format!("CARGO_FEATURE_BOARD_{board}")).is_some();

@@ -37,7 +37,7 @@ pub struct Board {
 }
 
 /// The boards, the reference board first.
-pub const BOARDS: [Board; 6] = [
+pub const BOARDS: [Board; 7] = [
     Board {
         name: "nucleo-f429zi",
         bin: "nucleo_f429zi",
@@ -69,6 +69,15 @@ pub const BOARDS: [Board; 6] = [
         name: "nucleo-f411re",
         bin: "nucleo_f411re",
         features: "board-nucleo-f411re",
+        folder: "firmware",
+        target: TARGET,
+        flash_kib_max: 98,
+        ram_kib_max: 24,
+    },
+    Board {
+        name: "nucleo-g474re",
+        bin: "nucleo_g474re",
+        features: "board-nucleo-g474re",
         folder: "firmware",
         target: TARGET,
         flash_kib_max: 98,

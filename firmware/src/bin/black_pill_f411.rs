@@ -12,8 +12,10 @@ mod wiring {
         left_encoder: PA6 PA7,
         lines_c: PB13 PB14,
         supply: PA1 channel 1,
-        button: PA0,
+        button: PA0 active_low,
         led: PC13 lit Low,
+        transmit: DMA1_CH6 DMA1_STREAM6,
+        receive: DMA1_CH5 DMA1_STREAM5,
     }
 }
 

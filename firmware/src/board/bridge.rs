@@ -10,7 +10,7 @@
 //! What the lines do with which driver is [`Lines::at`]; which driver it is, the configuration says.
 //!
 //! The stop line is TIM1's break input: while the line is open, the timer itself holds every line A and B low,
-//! whatever the program does (RM0090, 17.3.12). The line is high when open, so a cut wire stops the robot. The
+//! whatever the program does (RM0090, 17.3.12; RM0440, 29.3.18). The line is high when open, so a cut wire stops the robot. The
 //! outputs stay off until the motors are enabled anew, which takes a reset of the fault and an arming.
 //! A debugger's halt has the same effect ([`super::power_on`]).
 

@@ -1,13 +1,11 @@
 //! The clock trees of the STM32F4 boards.
 
-use embassy_stm32::pac::RCC;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource,
     Sysclk,
 };
 
-/// Turns of a loop of four to ten cycles at 16 MHz: 4 to 9 ms. A crystal takes 2, and the watchdog waits for 21.
-const CRYSTAL_TURNS_MAX: u32 = 15_000;
+use super::external_clock;
 
 /// What a NUCLEO board gets from its ST-LINK.
 #[cfg(not(feature = "board-black-pill-f411"))]
@@ -58,7 +56,7 @@ pub(super) fn clocks_of_96_mhz(external: Hse, divider: PllPreDiv) -> embassy_stm
 #[inline(always)]
 fn clocks(tree: &Tree) -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
-    let external = external_clock_starts(matches!(tree.external.mode, HseMode::Bypass));
+    let external = external_clock::starts(matches!(tree.external.mode, HseMode::Bypass));
     if external {
         config.rcc.hse = Some(tree.external);
         config.rcc.pll_src = PllSource::HSE;
@@ -77,12 +75,4 @@ fn clocks(tree: &Tree) -> embassy_stm32::Config {
     config.rcc.ahb_pre = AHBPrescaler::DIV1;
     (config.rcc.apb1_pre, config.rcc.apb2_pre) = tree.buses;
     config
-}
-
-/// Whether the external clock starts. Without it the chip runs from its own oscillator, 1 % exact: times
-/// and speeds are off by that much, distances are not.
-fn external_clock_starts(bypass: bool) -> bool {
-    RCC.cr().modify(|w| w.set_hsebyp(bypass));
-    RCC.cr().modify(|w| w.set_hseon(true));
-    (0..CRYSTAL_TURNS_MAX).any(|_| RCC.cr().read().hserdy())
 }

@@ -15,7 +15,7 @@ use crate::hal::Encoders;
 
 /// Eight samples in a row, one each 32 cycles of the timer's 84 to 96 MHz, must agree: a level counts after 3 us, and
 /// what the motors' leads induce on the encoders' does not (RM0090, 18.4.7). At 160,000 counts a second edges
-/// are twice as far apart.
+/// are twice as far apart. On a G4 the filters have half of the timer's 170 MHz (RM0440, 30.5.1).
 const FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;
 
 /// Left on TIM3, right on TIM4. Their 16-bit counters are extended to 64 bits here.
@@ -46,6 +46,8 @@ impl TimerEncoders {
         let left = Qei::new(left.0, left.1, left.2, config);
         let right = Qei::new(right.0, right.1, right.2, config);
         for timer in [LEFT, RIGHT] {
+            #[cfg(feature = "board-nucleo-g474re")]
+            timer.cr1().modify(|w| w.set_ckd(embassy_stm32::pac::timer::vals::Ckd::DIV2));
             timer.ccmr_input(0).modify(|w| {
                 w.set_icf(0, FILTER);
                 w.set_icf(1, FILTER);

@@ -7,7 +7,7 @@
 //! pid       when the motors are written      20 ms    (profile stands between the two)
 //! others    all safety tasks have            40 ms
 //!                                      then: motors off, the watchdog is not fed again
-//! watchdog  31 ms nominal, 21 to 59 ms over its oscillator's range (17 to 47 kHz)
+//! watchdog  31 ms nominal, 21 to 59 ms over its oscillator's range (17 to 47 kHz; a G4's is narrower)
 //! ```
 //!
 //! So when a part hangs, the motors are off within 50 ms (40 ms and one check) and the board restarts within 100 ms. Code that
@@ -53,8 +53,6 @@ static BOOT: AtomicU32 = AtomicU32::new(BOOT_CHECKS);
 
 /// Starts the watchdog. It needs no clock but its own.
 pub(super) fn start_watchdog() {
-    // The watchdog must not reset a core that a debugger has stopped.
-    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
     pac::IWDG.kr().write(|w| w.set_key(Key::START));
     set_watchdog(&USUAL);
 }
@@ -95,7 +93,8 @@ fn set_watchdog(timeout: &Timeout) {
     iwdg.kr().write(|w| w.set_key(Key::ENABLE));
     iwdg.pr().write(|w| w.set_pr(timeout.divider));
     iwdg.rlr().write(|w| w.set_rl(timeout.reload));
-    // Both cross into the oscillator's domain, which takes up to five of its cycles (RM0090, 21.4.4). Fed
+    // Both cross into the oscillator's domain, which takes up to five of its cycles (RM0090, 21.4.4;
+    // RM0440, 35.4.4). Fed
     // before that, the counter would restart from the old value, which may be shorter than an erasure.
     while iwdg.sr().read().0 != 0 {}
     feed();

@@ -6,8 +6,10 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`control_timer`] | the timer behind the control tick |
-//! | `clocks` | the clock tree |
+//! | `clocks`, `external_clock` | the clock tree; whether the external clock starts |
+//! | `f4`, `g4` | what a family of chips has of its own; `g4` also has its own `clocks`, `flash` and `supply` |
 //! | `one_bank` | the store in a flash of one bank |
+//! | `random` | random numbers, where the chip has a generator |
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | the motor drivers' lines, and the stop line |
 //! | [`supply`] | the supply voltage, through a divider and an ADC |
@@ -17,27 +19,45 @@
 //! | [`leds`] | the state on the LEDs |
 //! | `memory` | small routines that copy and clear memory |
 //! | [`power_on`] | watchdog, flash accelerator, brown-out level, clock security, debugger |
-//! | [`flash`] | the flash sectors that hold the configuration |
+//! | [`flash`] | the part of the flash that holds the configuration |
 //! | [`reset`] | why the board started; what happens at a panic |
 //! | `usb` | the link on the board's own USB connector |
 //! | [`tasks`] | the tasks with concrete types, and their statics |
 
 pub mod bridge;
 pub mod check_in;
-mod clocks;
 pub mod control_timer;
 pub mod encoders;
-pub mod flash;
+mod external_clock;
 pub mod guard;
 pub mod input;
 pub mod leds;
 mod memory;
 pub mod power_on;
+#[cfg(any(feature = "board-nucleo-f429zi", feature = "board-nucleo-g474re"))]
+mod random;
 pub mod reset;
-pub mod supply;
 pub mod tasks;
 #[cfg(feature = "usb")]
 pub mod usb;
+
+#[cfg(not(feature = "board-nucleo-g474re"))]
+mod clocks;
+#[cfg(not(feature = "board-nucleo-g474re"))]
+mod f4;
+#[cfg(not(feature = "board-nucleo-g474re"))]
+use f4 as chip;
+#[cfg(not(feature = "board-nucleo-g474re"))]
+pub mod flash;
+#[cfg(not(feature = "board-nucleo-g474re"))]
+pub mod supply;
+
+#[cfg(feature = "board-nucleo-g474re")]
+mod g4;
+#[cfg(feature = "board-nucleo-g474re")]
+use g4 as chip;
+#[cfg(feature = "board-nucleo-g474re")]
+pub use g4::{flash, supply};
 
 #[cfg(feature = "board-nucleo-f429zi")]
 mod nucleo_f429zi;
@@ -59,7 +79,12 @@ mod black_pill_f411;
 #[cfg(feature = "board-black-pill-f411")]
 pub use black_pill_f411::*;
 
-#[cfg(not(feature = "board-nucleo-f429zi"))]
+#[cfg(feature = "board-nucleo-g474re")]
+mod nucleo_g474re;
+#[cfg(feature = "board-nucleo-g474re")]
+pub use nucleo_g474re::*;
+
+#[cfg(not(any(feature = "board-nucleo-f429zi", feature = "board-nucleo-g474re")))]
 mod one_bank;
 
 #[cfg(all(feature = "usb", not(feature = "board-nucleo-f429zi")))]
@@ -71,7 +96,8 @@ compile_error!("only the NUCLEO-F429ZI has an image with the link on its own USB
     any(
         feature = "board-nucleo-f446re",
         feature = "board-nucleo-f411re",
-        feature = "board-black-pill-f411"
+        feature = "board-black-pill-f411",
+        feature = "board-nucleo-g474re"
     )
 ))]
 compile_error!(

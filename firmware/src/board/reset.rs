@@ -5,7 +5,6 @@ use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 
 use cortex_m::peripheral::{DCB, MPU, SCB};
-use embassy_stm32::pac;
 use shared_proto::ResetCause;
 
 /// The value of [`PANICKED`] after a panic; any other value is random content from power-on.
@@ -24,22 +23,7 @@ pub fn cause() -> ResetCause {
         word.cast::<u32>().write_volatile(0);
         panicked
     };
-    let flags = pac::RCC.csr().read();
-    pac::RCC.csr().modify(|w| w.set_rmvf(true));
-    // Power-on also sets the pin and brown-out flags, and every reset sets the pin flag.
-    if flags.porrstf() {
-        ResetCause::PowerOn
-    } else if panicked {
-        ResetCause::Panic
-    } else if flags.wdgrstf() || flags.wwdgrstf() {
-        ResetCause::Watchdog
-    } else if flags.sftrstf() {
-        ResetCause::Software
-    } else if flags.borrstf() {
-        ResetCause::BrownOut
-    } else {
-        ResetCause::Pin
-    }
+    super::chip::reset_cause(panicked)
 }
 
 /// Motors off first, then the log, then a restart that reports the panic.
@@ -116,9 +100,14 @@ extern "C" fn hard_fault() -> ! {
 }
 
 /// The external clock has stopped, and the chip runs on its own oscillator at a tenth of its speed (RM0090,
-/// 6.2.7). TIM1's outputs are off already; the restart reports a panic, as the watchdog would be too late.
+/// 6.2.7; RM0440, 7.2.9). TIM1's outputs are off already; the restart reports a panic, as the watchdog would be too late.
+///
+/// Or a chip whose flash corrects errors has read what a power cut left half written.
 #[cortex_m_rt::exception]
-unsafe fn NonMaskableInt() -> ! {
+unsafe fn NonMaskableInt() {
+    if super::chip::was_unreadable_flash() {
+        return;
+    }
     super::motors_off();
     remember();
     SCB::sys_reset()

@@ -1,7 +1,7 @@
 //! `cargo xtask boards`: the pin table and the wiring picture of each board's page, from one table.
 //!
 //! The check compares the pages with the table, and the table with the pins that the images' code names.
-//! Connector numbers are those of ST's user manuals (UM1974, UM1724) and of the print on the Black Pill.
+//! Connector numbers are those of ST's user manuals (UM1974, UM1724, UM2505) and of the print on the Black Pill.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ const fn pin(role: Role, pin: &'static str, place: &'static str) -> Pin {
 
 use Role::*;
 
-/// What both NUCLEO-64 boards have.
+/// What the NUCLEO-64 boards have. The G474RE has its chip's pins on the same places of the same connectors.
 const NUCLEO_64: Board = Board {
     name: "NUCLEO-F446RE",
     file: "nucleo-f446re",
@@ -46,7 +46,7 @@ const NUCLEO_64: Board = Board {
 };
 
 /// The boards with a page.
-const BOARDS: [Board; 4] = [
+const BOARDS: [Board; 5] = [
     Board {
         name: "NUCLEO-F429ZI",
         file: "nucleo-f429zi",
@@ -72,6 +72,12 @@ const BOARDS: [Board; 4] = [
     },
     NUCLEO_64,
     Board { name: "NUCLEO-F411RE", file: "nucleo-f411re", ..NUCLEO_64 },
+    Board {
+        name: "NUCLEO-G474RE",
+        file: "nucleo-g474re",
+        sources: &["firmware/src/bin/wiring/usart2.rs"],
+        ..NUCLEO_64
+    },
     Board {
         name: "Black Pill F411",
         file: "black-pill-f411",

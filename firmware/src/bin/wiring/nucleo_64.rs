@@ -8,6 +8,8 @@ robot! {
     left_encoder: PC6 PC7,
     lines_c: PA6 PA7,
     supply: PA0 channel 0,
-    button: PC13,
+    button: PC13 active_low,
     led: PA5 lit High,
+    transmit: DMA1_CH6 DMA1_STREAM6,
+    receive: DMA1_CH5 DMA1_STREAM5,
 }

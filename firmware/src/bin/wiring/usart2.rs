@@ -1,5 +1,5 @@
-//! The wiring of boards with an STM32F4 of 64 or 48 pins, whose link is USART2: they differ in the pins of
-//! the macro's call.
+//! The wiring of boards with a chip of 64 or 48 pins, whose link is USART2: they differ in the pins and the DMA of the
+//! macro's call.
 
 /// Defines the image's `main`.
 macro_rules! robot {
@@ -7,8 +7,10 @@ macro_rules! robot {
         left_encoder: $left_a:ident $left_b:ident,
         lines_c: $left_c:ident $right_c:ident,
         supply: $supply:ident channel $channel:literal,
-        button: $button:ident,
-        led: $led:ident lit $lit:ident $(,)?
+        button: $button:ident $active:ident,
+        led: $led:ident lit $lit:ident,
+        transmit: $transmit:ident $transmit_irq:ident,
+        receive: $receive:ident $receive_irq:ident $(,)?
     ) => {
         use defmt_rtt as _;
         use embassy_executor::Spawner;
@@ -30,8 +32,8 @@ macro_rules! robot {
 
         bind_interrupts!(struct Irqs {
             USART2 => usart::InterruptHandler<peripherals::USART2>;
-            DMA1_STREAM6 => dma::InterruptHandler<peripherals::DMA1_CH6>;
-            DMA1_STREAM5 => dma::InterruptHandler<peripherals::DMA1_CH5>;
+            $transmit_irq => dma::InterruptHandler<peripherals::$transmit>;
+            $receive_irq => dma::InterruptHandler<peripherals::$receive>;
         });
 
         /// Received bytes: DMA writes them here until the link task reads them.
@@ -39,7 +41,7 @@ macro_rules! robot {
 
         #[embassy_executor::main]
         async fn main(spawner: Spawner) {
-            let irqs = [interrupt::USART2, interrupt::DMA1_STREAM6, interrupt::DMA1_STREAM5];
+            let irqs = [interrupt::USART2, interrupt::$transmit_irq, interrupt::$receive_irq];
             let (p, reset_cause) = power_on::start(&irqs);
 
             let encoders = TimerEncoders::new((p.TIM3, p.$left_a, p.$left_b), (p.TIM4, p.PB6, p.PB7));
@@ -57,8 +59,7 @@ macro_rules! robot {
             let divider = Divider { upper_ohm: 47_000, lower_ohm: 10_000 };
             let supply = DividedSupply::new(p.ADC1, p.$supply, $channel, divider);
 
-            // Low when pressed.
-            let stop = PolledInput::active_low(p.$button);
+            let stop = PolledInput::$active(p.$button);
             let driver_fault = PolledInput::active_low(p.PB5);
             let leds = Leds {
                 green: Output::new(p.$led, Level::$lit, Speed::Low),
@@ -70,7 +71,7 @@ macro_rules! robot {
 
             let mut line = usart::Config::default();
             line.baudrate = 921_600;
-            let link = Uart::new(p.USART2, p.PA3, p.PA2, p.DMA1_CH6, p.DMA1_CH5, Irqs, line)
+            let link = Uart::new(p.USART2, p.PA3, p.PA2, p.$transmit, p.$receive, Irqs, line)
                 .expect("921600 baud divides the clock");
             let (transmitter, receiver) = link.split();
 

@@ -7,7 +7,7 @@
 //! | `columns.rs` | columns that are numbers already |
 //! | `cell.rs`, `scale.rs`, `heading.rs` | a cell as a number; units that nobody gave |
 //! | `held_poses.rs` | poses that stand in a row until the next is measured |
-//! | `restarts.rs` | time that begins again in each run of a table |
+//! | `run_column.rs`, `restarts.rs` | which run a row is of; time that begins again in each run of a table |
 //! | `read.rs` | [`read`]: a file as wheels and poses |
 
 mod cell;
@@ -18,6 +18,7 @@ mod mapping;
 mod quantity;
 mod read;
 mod restarts;
+mod run_column;
 mod scale;
 
 pub(crate) use columns::of_columns;

@@ -10,7 +10,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::cell::number;
 use super::mapping::by_name;
-use super::restarts::RunColumn;
+use super::run_column::RunColumn;
 use super::{Mapping, Quantity, held_poses};
 use crate::log::{Note, Pose3, PoseLog, WheelLog, WheelUnit, error, ordered};
 
@@ -144,7 +144,7 @@ impl<'a> Table<'a> {
             runs: None,
         };
         if has_header {
-            table.runs = RunColumn::of(&table.header);
+            table.runs = RunColumn::find(&table.header);
             table.cells = table.header.len();
             table.use_columns(mappings)?;
         } else if values.len() == TUM.len() && values.iter().all(is_number) {

@@ -8,46 +8,15 @@ use super::Quantity;
 use super::read::Table;
 use crate::log::Note;
 
-/// The name of the column.
-const NAME: &str = "run";
 /// Runs are put one after another, with so much between them \[s\]. From 2 s on, a pause ends a run.
 const APART_S: f64 = 10.0;
 /// Rows of one recording may be out of order by less than this \[s\]; more than half of it is another recording as well.
 const DISORDER_S: f64 = 5.0;
 
-/// Which rows belong together.
-pub(super) struct RunColumn {
-    pub(super) index: usize,
-    last: Option<String>,
-    /// Of each row, the number of its run.
-    of_row: Vec<usize>,
-}
-
-impl RunColumn {
-    /// The column of this name, if there is one.
-    pub(super) fn of(header: &[String]) -> Option<Self> {
-        let index = header.iter().position(|name| name.eq_ignore_ascii_case(NAME))?;
-        Some(Self { index, last: None, of_row: Vec::new() })
-    }
-
-    /// Takes the next row's cell.
-    pub(super) fn push(&mut self, cell: &str) {
-        let last = self.of_row.last().copied();
-        let number = match (&self.last, last) {
-            (Some(name), Some(number)) if name == cell => number,
-            (_, last) => {
-                self.last = Some(cell.to_owned());
-                last.map_or(0, |number| number + 1)
-            }
-        };
-        self.of_row.push(number);
-    }
-}
-
 impl Table<'_> {
     /// Puts runs one after another where time begins again in each; whether it does. It must not begin again elsewhere.
     pub(super) fn join_runs(&mut self, notes: &mut Vec<Note>) -> Result<bool, CampaignError> {
-        let run_of = |row: usize| self.runs.as_ref().map_or(0, |runs| runs.of_row[row]);
+        let run_of = |row: usize| self.runs.as_ref().map_or(0, |runs| runs.of(row));
         let Some(times) = self.values(Quantity::Time) else { return Ok(false) };
         let mut times = times.to_vec();
         let (mut begin_s, mut latest_s, mut shift_s) = (f64::NAN, f64::NAN, 0.0);

@@ -27,6 +27,7 @@ pub struct FaultInstant {
     /// What the robot was doing.
     pub situation: Situation,
     at_us: u64,
+    opened_us: u64,
     armed_us: u64,
     commanded_us: u64,
     /// A motion follows that starts from rest.
@@ -78,6 +79,7 @@ impl FaultInstant {
         Self {
             situation,
             at_us,
+            opened_us: timeline.opened_us.unwrap_or(u64::MAX),
             armed_us: timeline.armed_us.unwrap_or(u64::MAX),
             commanded_us: timeline.commanded_us.unwrap_or(u64::MAX),
             moves_later: moves_later || case.phase == Phase::Standing,
@@ -87,9 +89,9 @@ impl FaultInstant {
         }
     }
 
-    /// Whether the host armed the robot later: its hello came after this.
+    /// Whether the robot had answered no hello yet, and the host armed it later: what restarts it now, the host never knows of.
     pub fn is_before_the_host(&self) -> bool {
-        self.at_us < HELLO_US && self.armed_us != u64::MAX
+        self.at_us < self.opened_us && self.armed_us != u64::MAX
     }
 
     /// For what shows when a wheel has to move: `bound` makes a bound of a time, and of whether the wheel moves.

@@ -19,6 +19,8 @@ pub struct Happened {
 /// Parts of the drive that the host commanded, and when they began, as the host saw it \[us\].
 #[derive(Clone, Debug, Default)]
 pub struct Timeline {
+    /// The robot answered the host's hello.
+    pub opened_us: Option<u64>,
     /// The host armed the robot.
     pub armed_us: Option<u64>,
     /// The host commanded the first motion.

@@ -70,6 +70,11 @@ impl Promise {
         match kind {
             K::Nothing | K::Garbage(_) | K::LinkToHostCut => harmless,
             // A count that stands tells nothing before the setpoint advances. The encoder check is bounded by the way.
+            // In the check, a plug that is pulled after the first counts looks like a wheel that is held from then on.
+            K::EncoderUnplugged(w) if case.phase == Phase::Check => {
+                let names = vec![Name::Fault(Fault::EncoderDead(w)), Name::Fault(Fault::Stall(w))];
+                instant.of_wheel(PROTECTION_MS, blind, names)
+            }
             K::EncoderUnplugged(w) | K::EncoderLine(w, _) => {
                 instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
             }
@@ -100,13 +105,8 @@ impl Promise {
             }
             K::Driver => (MotorsOff::Within(INPUT_MS), fault(Fault::Driver)),
             K::StopLine => (MotorsOff::Within(HARDWARE_MS), fault(Fault::EmergencyStop)),
-            K::StopButton(ms) => {
-                (MotorsOff::Within(INPUT_MS), instant.unless_over(Fault::EmergencyStop, ms.into()))
-            }
-            K::StopLineBounce(us) => {
-                let names = instant.unless_over(Fault::EmergencyStop, f64::from(us) / 1000.0);
-                (MotorsOff::Within(HARDWARE_MS), names)
-            }
+            K::StopButton(ms) => stop(INPUT_MS, instant, ms.into()),
+            K::StopLineBounce(us) => stop(HARDWARE_MS, instant, f64::from(us) / 1000.0),
             K::LinkCut | K::LinkToRobotCut | K::HostDies => {
                 (silence(case), instant.if_host_is_needed(Fault::LinkLost))
             }
@@ -122,8 +122,12 @@ impl Promise {
                 (MotorsOff::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog))
             }
             K::Program(what, ..) => program(what),
+            // A host without an answer to its hello does not know of the restart, and drives.
+            K::ClockFails if instant.is_before_the_host() => {
+                (MotorsOff::NotNeeded, restart(ResetCause::Panic))
+            }
             K::ClockFails => (MotorsOff::Within(HARDWARE_MS), restart(ResetCause::Panic)),
-            // The emulator resets the chip by its pin. A host without a hello does not know of the restart, and drives.
+            // The emulator resets the chip by its pin.
             K::PowerCut | K::ResetPin if instant.is_before_the_host() => {
                 (MotorsOff::NotNeeded, restart(ResetCause::Pin))
             }
@@ -162,6 +166,13 @@ fn stalls(wheel: Wheel, slow: bool, instant: &FaultInstant) -> Vec<Name> {
         names.push(Name::Fault(Fault::FollowingError(wheel)));
     }
     names
+}
+
+/// A stop for so long \[ms\]. One that was over before the program looked at it is none.
+fn stop(within_ms: f64, instant: &FaultInstant, lasts_ms: f64) -> (MotorsOff, Vec<Name>) {
+    let names = instant.unless_over(Fault::EmergencyStop, lasts_ms);
+    let seen = !names.contains(&Name::Harmless);
+    (if seen { MotorsOff::Within(within_ms) } else { MotorsOff::NotNeeded }, names)
 }
 
 /// The ramp of a controlled stop.

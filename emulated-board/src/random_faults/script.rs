@@ -49,6 +49,7 @@ impl Script<'_> {
         sleep_until_us(HELLO_US).await;
         self.mark(Phase::Hello);
         self.session.open().await?;
+        self.timeline.opened_us = Some(now_us());
         self.mark(Phase::Idle);
         self.session.listen(Duration::from_millis(60)).await?;
         if let Some(config) = &self.case.config {

@@ -90,11 +90,7 @@ impl Promise {
                 instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
             }
             // In the check, a motor that never moved its count looks like a dead encoder: the remedy names both.
-            K::MotorCut(w) => {
-                let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
-                let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
-                instant.of_wheel(ms, pushed, stalls(w, slow, instant))
-            }
+            K::MotorCut(w) => lead_cut(w, case, instant),
             K::WheelBlocked(w) | K::WheelJammed(w) => {
                 // Stopped within a few counts: not to be told from a dead wire in time.
                 let names = vec![Name::Fault(Fault::Stall(w)), Name::Fault(Fault::EncoderDead(w))];
@@ -152,6 +148,13 @@ fn blind(ms: f64, moving: bool) -> MotorsOff {
 /// A wheel that does not turn: the check pushes to its end.
 fn pushed(ms: f64, moving: bool) -> MotorsOff {
     MotorsOff::Within(if moving { ms } else { ms.max(CHECK_MS) })
+}
+
+/// A motor without current.
+fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
+    let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
+    let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
+    instant.of_wheel(ms, pushed, stalls(wheel, slow, instant))
 }
 
 /// A wheel that its motor no longer turns.

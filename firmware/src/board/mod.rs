@@ -12,7 +12,7 @@
 //! | `random` | random numbers, where the chip has a generator |
 //! | [`encoders`] | two timers in encoder mode |
 //! | [`bridge`] | the motor drivers' lines, and the stop line |
-//! | [`supply`] | the supply voltage, through a divider and an ADC |
+//! | [`supply`], `divider` | the supply voltage, through a divider and an ADC |
 //! | [`input`] | emergency stop and driver fault |
 //! | [`guard`] | feeds the watchdog while every task meets its deadline; otherwise motors off |
 //! | [`check_in`] | where the tasks check in with the guard |
@@ -27,6 +27,7 @@
 pub mod bridge;
 pub mod check_in;
 pub mod control_timer;
+mod divider;
 pub mod encoders;
 mod external_clock;
 pub mod guard;

@@ -11,6 +11,8 @@ use embassy_stm32::pac::adccommon::vals::Adcpre;
 use embassy_stm32::peripherals::ADC1;
 use embassy_stm32::rcc;
 
+use super::divider::Divided;
+pub use super::divider::Divider;
 use crate::hal::Supply;
 
 #[cfg(any(feature = "board-nucleo-f411re", feature = "board-black-pill-f411"))]
@@ -18,27 +20,8 @@ use pac::ADC1_COMMON as COMMON;
 #[cfg(any(feature = "board-nucleo-f429zi", feature = "board-nucleo-f446re"))]
 use pac::ADC123_COMMON as COMMON;
 
-/// The converter's reference: the board's 3.3 V.
-const REFERENCE_MV: u32 = 3300;
-
-/// Twelve bits.
-const FULL_SCALE: u32 = 4095;
-
-/// The resistors between supply, pin and ground.
-#[derive(Clone, Copy)]
-pub struct Divider {
-    /// From the supply to the pin \[ohm\].
-    pub upper_ohm: u32,
-    /// From the pin to ground \[ohm\].
-    pub lower_ohm: u32,
-}
-
 /// Reads the supply on a pin of ADC1.
-pub struct DividedSupply {
-    /// The supply at full scale \[mV\].
-    full_scale_mv: u32,
-    millivolts: u16,
-}
+pub struct DividedSupply(Divided);
 
 impl DividedSupply {
     /// Sets the converter up for a pin, one of its channels 0 to 9, and makes the first conversion.
@@ -64,15 +47,9 @@ impl DividedSupply {
         cortex_m::asm::delay(3 * (super::CORE_HZ / 1_000_000));
         adc.cr2().modify(|w| w.set_swstart(true));
         while !adc.sr().read().eoc() {}
-        let Divider { upper_ohm, lower_ohm } = divider;
-        let full_scale_mv = REFERENCE_MV * (upper_ohm + lower_ohm) / lower_ohm;
-        let mut supply = Self { full_scale_mv, millivolts: 0 };
+        let mut supply = Self(Divided::new(divider));
         supply.millivolts();
         supply
-    }
-
-    fn take(&mut self, sample: u16) {
-        self.millivolts = (u32::from(sample) * self.full_scale_mv / FULL_SCALE) as u16;
     }
 }
 
@@ -80,9 +57,9 @@ impl Supply for DividedSupply {
     #[inline(always)]
     fn millivolts(&mut self) -> u16 {
         if pac::ADC1.sr().read().eoc() {
-            self.take(pac::ADC1.dr().read().data());
+            self.0.take(pac::ADC1.dr().read().data());
             pac::ADC1.cr2().modify(|w| w.set_swstart(true));
         }
-        self.millivolts
+        self.0.millivolts
     }
 }

@@ -39,7 +39,7 @@ const ROLL_TICKS_MAX: f64 = 1000.0;
 /// Fractional bits of a lag.
 const LAG_BITS: u32 = 16;
 /// Fractional bits of a time constant in ticks.
-const CONSTANT_BITS: u32 = 8;
+const TIME_CONSTANT_BITS: u32 = 8;
 /// Fractional bits of an inverse of a duty in steps of 2^-30.
 const PER_KS_BITS: u32 = 46;
 /// Fractional bits of a duty's share in another.
@@ -59,7 +59,7 @@ pub(super) struct PushLimits {
     /// A tick over the time constant kA / kV, at most 1 [2^-16].
     lag: i64,
     /// Its inverse [ticks, 2^-8].
-    constant: i64,
+    time_constant: i64,
     /// 1 / (2 kS), duties in steps of 2^-30 [2^-46]. Here, so that no tick divides.
     per_twice_ks: i64,
     hold_ticks: u32,
@@ -91,7 +91,7 @@ impl PushLimits {
             push_max,
             push_slow: push_max / SLOW_SHARE,
             lag,
-            constant: (1 << (LAG_BITS + CONSTANT_BITS)) / lag,
+            time_constant: (1 << (LAG_BITS + TIME_CONSTANT_BITS)) / lag,
             per_twice_ks: (1 << PER_KS_BITS) / (2 * i64::from(ks)).max(1 << 10),
             roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_s * hz, ROLL_TICKS_MAX), 0) as u32,
             hold_ticks: truncate(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
@@ -239,8 +239,8 @@ impl WheelProbe {
     /// motor brakes, and at most v^2 kA / (2 kS), as friction does.
     fn rolls_on(&self) -> i64 {
         let Self { limits, lagging, .. } = self;
-        // Below 2^41, as the duty is below 2^31 and the time constant 1000 ticks at most.
-        let by_motor = (lagging * limits.constant) >> CONSTANT_BITS;
+        // Below 2^47: the duty is 2^30 at most, and the time constant 2^16 ticks. Below, the product is below 2^62.
+        let by_motor = (lagging * limits.time_constant) >> TIME_CONSTANT_BITS;
         if *lagging >= 2 * i64::from(limits.ks) {
             return by_motor;
         }

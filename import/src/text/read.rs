@@ -76,7 +76,7 @@ pub(super) struct Used {
 pub(super) struct Table<'a> {
     pub(super) file: &'a Path,
     delimiter: u8,
-    has_header: bool,
+    pub(super) has_header: bool,
     cells: usize,
     pub(super) used: Vec<Used>,
     header: Vec<String>,

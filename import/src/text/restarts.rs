@@ -36,7 +36,10 @@ impl Table<'_> {
                 (begin_s, before_s) = (*t_s, *t_s);
                 joined += 1;
             } else if *t_s < before_s - DISORDER_S && *t_s < f64::midpoint(begin_s, before_s) {
-                let place = Place { line: row as u64 + 2, ..Place::whole(self.file) };
+                let place = Place {
+                    line: row as u64 + 1 + u64::from(self.has_header),
+                    ..Place::whole(self.file)
+                };
                 let problem = format!(
                     "time begins again: {} s come after {} s",
                     *t_s - shift_s,

@@ -12,32 +12,15 @@ use embassy_stm32::peripherals::ADC1;
 use embassy_stm32::rcc;
 
 use crate::board::CORE_HZ;
+use crate::board::divider::Divided;
+pub use crate::board::divider::Divider;
 use crate::hal::Supply;
-
-/// The converter's reference: the board's 3.3 V.
-const REFERENCE_MV: u32 = 3300;
-
-/// Twelve bits.
-const FULL_SCALE: u32 = 4095;
 
 /// The core's cycles in a microsecond.
 const MICROSECOND: u32 = CORE_HZ / 1_000_000;
 
-/// The resistors between supply, pin and ground.
-#[derive(Clone, Copy)]
-pub struct Divider {
-    /// From the supply to the pin \[ohm\].
-    pub upper_ohm: u32,
-    /// From the pin to ground \[ohm\].
-    pub lower_ohm: u32,
-}
-
 /// Reads the supply on a pin of ADC1.
-pub struct DividedSupply {
-    /// The supply at full scale \[mV\].
-    full_scale_mv: u32,
-    millivolts: u16,
-}
+pub struct DividedSupply(Divided);
 
 impl DividedSupply {
     /// Sets the converter up for a pin, one of its channels 1 to 9, and makes the first conversion.
@@ -61,15 +44,9 @@ impl DividedSupply {
         CONVERTER.sqr1().write(|w| w.set_sq(0, channel));
         start();
         while !CONVERTER.isr().read().eoc() {}
-        let Divider { upper_ohm, lower_ohm } = divider;
-        let full_scale_mv = REFERENCE_MV * (upper_ohm + lower_ohm) / lower_ohm;
-        let mut supply = Self { full_scale_mv, millivolts: 0 };
+        let mut supply = Self(Divided::new(divider));
         supply.millivolts();
         supply
-    }
-
-    fn take(&mut self, sample: u16) {
-        self.millivolts = (u32::from(sample) * self.full_scale_mv / FULL_SCALE) as u16;
     }
 }
 
@@ -97,12 +74,13 @@ fn start() {
 }
 
 impl Supply for DividedSupply {
+    #[inline(always)]
     fn millivolts(&mut self) -> u16 {
         if CONVERTER.isr().read().eoc() {
             // Reading the value clears the flag.
-            self.take(CONVERTER.dr().read().rdata());
+            self.0.take(CONVERTER.dr().read().rdata());
             start();
         }
-        self.millivolts
+        self.0.millivolts
     }
 }

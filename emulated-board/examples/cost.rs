@@ -13,7 +13,7 @@ use sim_target::{Scenario, now_us};
 const CORE_HZ: f64 = 168e6;
 
 /// The bar for a whole tick.
-const TICK_MAX: u64 = 1700;
+const TICK_MAX: u64 = 1300;
 
 /// Prints how deep the stack was in a run.
 fn print_stack(stack: StackDepth) {

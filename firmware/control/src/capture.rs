@@ -64,16 +64,17 @@ impl Capture {
     pub fn new(settings: CaptureSettings, counts: WheelPair<i64>) -> Self {
         let estimators = settings.scales.map(|scale| SpeedEstimator::with(scale, 0));
         let mut capture = Self { settings: settings.clone(), estimators };
-        capture.restart(settings, counts);
+        capture.restart(&settings, counts);
         capture
     }
 
     /// Adopts new settings, with the wheels at these counts, as wired.
-    pub fn restart(&mut self, settings: CaptureSettings, counts: WheelPair<i64>) {
+    #[inline(never)]
+    pub fn restart(&mut self, settings: &CaptureSettings, counts: WheelPair<i64>) {
         let forward = settings.forward(counts);
         self.estimators.left.restart(settings.scales.left, forward.left);
         self.estimators.right.restart(settings.scales.right, forward.right);
-        self.settings = settings;
+        self.settings.clone_from(settings);
     }
 
     /// Fills in counts, travel and speed of the tick whose number `measured` holds.

@@ -52,10 +52,6 @@ const WINDOW_TICKS: u32 = 40;
 const CHANGES_LEN: usize = 64;
 const _: () = assert!(CHANGES_LEN > WINDOW_TICKS as usize + 2 && CHANGES_LEN.is_power_of_two());
 
-/// So many counts are as good as more where a window of them is compared with a time since: see
-/// [`SpeedEstimator::step`]. Times a standstill they fit into 32 bits.
-const WINDOW_COUNTS_MAX: u32 = u32::MAX / STANDSTILL_TICKS;
-
 /// A wheel without a count for this long stands still \[ticks\].
 const STANDSTILL_TICKS: u32 = 20 * CONTROL_HZ;
 
@@ -96,7 +92,8 @@ impl SpeedScale {
         // 2^32 / ticks, less than one part in 2^32 / ticks too small.
         let reciprocal = u64::from(u32::MAX / ticks.max(1));
         let speed = (rolled >> 32) * reciprocal + (((rolled & 0xFFFF_FFFF) * reciprocal) >> 32);
-        (speed >> 16).min(i32::MAX as u64) as u32
+        // Told by the upper word alone.
+        if (speed >> 32) as u32 >= 1 << 15 { i32::MAX as u32 } else { (speed >> 16) as u32 }
     }
 }
 
@@ -109,7 +106,10 @@ pub struct SpeedEstimator {
     newest: usize,
     /// Changes in use, up to the newest; they all went the same way.
     len: usize,
-    counts: i64,
+    /// The tick of the newest change.
+    newest_tick: u32,
+    /// The count's lower half: between two ticks it changes by far less.
+    counts: u32,
     forward: bool,
     /// Of the newest change [2^-24 m/s], without sign.
     magnitude: u32,
@@ -130,7 +130,8 @@ impl SpeedEstimator {
             changes: [Change { tick: 0, counts: 0 }; CHANGES_LEN],
             newest: 0,
             len: 0,
-            counts,
+            newest_tick: 0,
+            counts: counts as u32,
             forward: true,
             magnitude: 0,
             window: (0, 0),
@@ -141,7 +142,7 @@ impl SpeedEstimator {
     pub const fn restart(&mut self, scale: SpeedScale, counts: i64) {
         self.scale = scale;
         self.len = 0;
-        self.counts = counts;
+        self.counts = counts as u32;
         self.forward = true;
         self.magnitude = 0;
     }
@@ -149,16 +150,19 @@ impl SpeedEstimator {
     /// The speed after the count taken at `tick`. Call this once a tick.
     #[inline(always)]
     pub fn step(&mut self, tick: u32, counts: i64) -> Speed {
-        let moved = counts.wrapping_sub(self.counts);
+        let counts = counts as u32;
+        let moved = counts.wrapping_sub(self.counts) as i32;
         if moved != 0 {
             self.counts = counts;
-            self.record(Change { tick, counts: counts as u32 }, moved > 0);
+            self.record(Change { tick, counts }, moved > 0);
         } else if self.len > 0 {
-            let ticks = tick.wrapping_sub(self.change(1).tick);
+            let ticks = tick.wrapping_sub(self.newest_tick);
             if ticks >= STANDSTILL_TICKS {
                 self.len = 0;
                 self.magnitude = 0;
-            } else if self.magnitude != 0 && ticks * self.window.0 > self.window.1 {
+            } else if self.magnitude != 0
+                && u64::from(ticks) * u64::from(self.window.0) > u64::from(self.window.1)
+            {
                 // (2): slower than (1), as no count has come for longer than one took. Told without a division.
                 self.magnitude = self.magnitude.min(self.scale.quotient(1, ticks));
             }
@@ -175,6 +179,7 @@ impl SpeedEstimator {
             self.forward = forward;
             self.len = 0;
         }
+        self.newest_tick = change.tick;
         self.changes[self.newest % CHANGES_LEN] = change;
         self.newest = self.newest.wrapping_add(1);
         self.len += 1;
@@ -194,7 +199,7 @@ impl SpeedEstimator {
         let counts = (change.counts.wrapping_sub(oldest.counts) as i32).unsigned_abs();
         let ticks = change.tick.wrapping_sub(oldest.tick);
         self.magnitude = self.scale.quotient(counts, ticks);
-        self.window = (counts.min(WINDOW_COUNTS_MAX), ticks);
+        self.window = (counts, ticks);
     }
 
     /// The `age`-th newest change, from 1.

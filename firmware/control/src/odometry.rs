@@ -79,9 +79,11 @@ fn rolled(counts: i64, MetersPerCount(q): MetersPerCount) -> Travel {
     let (counts_high, counts_low) = ((counts >> 32) as i32, counts as u32);
     let (q_high, q_low) = ((q.to_bits() >> 32) as u32, q.to_bits() as u32);
     let wide = |a: u32, b: u32| u64::from(a) * u64::from(b);
-    // (2^32 - 1)^2 + 2^32 is below 2^64: no sum overflows.
-    let lowest = wide(counts_low, q_low) + (1 << 31);
-    let middle = wide(counts_low, q_high) + (lowest >> 32);
+    let lowest = wide(counts_low, q_low);
+    // To the nearest: what is cut off is half a step or more where its highest bit is set.
+    let lowest = (lowest >> 32) as u32 + (lowest as u32 >> 31);
+    // (2^32 - 1)^2 + 2^32 is below 2^64: no sum overflows, nor does that above.
+    let middle = wide(counts_low, q_high) + u64::from(lowest);
     // Of the upper half of the counts, which is below zero for all that are, what is left within 64 bits.
     let high = i64::from(counts_high).wrapping_mul(i64::from(q_low));
     let highest = counts_high.wrapping_mul(q_high as i32);

@@ -159,6 +159,12 @@ impl PidState {
         I2F30::from_bits(self.error)
     }
 
+    /// Whether the error of the last tick was at most this \[m\].
+    #[inline(always)]
+    pub const fn is_within(&self, most: I2F30) -> bool {
+        self.error.unsigned_abs() <= most.to_bits() as u32
+    }
+
     /// The duty of the last tick.
     pub const fn duty(&self) -> Duty {
         Duty(I2F30::from_bits(self.duty))

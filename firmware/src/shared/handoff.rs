@@ -8,6 +8,8 @@ use core::task::{Context, Poll, Waker};
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use embassy_sync::waitqueue::WakerRegistration;
 
+use super::in_place::InPlace;
+
 /// Wakes the one task that waits for it. Two notifications before that task runs count as one.
 pub struct Notify<M: RawMutex> {
     pending: AtomicBool,
@@ -105,18 +107,18 @@ impl<M: RawMutex> Default for Notify<M> {
 /// Here a poll that finds nothing costs one atomic load.
 pub struct Mailbox<M: RawMutex, T> {
     arrived: Notify<M>,
-    value: Mutex<M, Cell<Option<T>>>,
+    value: InPlace<M, Option<T>>,
 }
 
 impl<M: RawMutex, T> Mailbox<M, T> {
     /// An empty mailbox.
     pub const fn new() -> Self {
-        Self { arrived: Notify::new(), value: Mutex::new(Cell::new(None)) }
+        Self { arrived: Notify::new(), value: InPlace::new(None) }
     }
 
     /// Puts a value in; one that nobody has taken yet is dropped.
     pub fn put(&self, value: T) {
-        self.value.lock(|cell| cell.set(Some(value)));
+        self.value.with(|slot| *slot = Some(value));
         self.arrived.notify();
     }
 
@@ -124,7 +126,7 @@ impl<M: RawMutex, T> Mailbox<M, T> {
     pub async fn next(&self) -> T {
         loop {
             self.arrived.wait().await;
-            if let Some(value) = self.value.lock(Cell::take) {
+            if let Some(value) = self.value.with(Option::take) {
                 return value;
             }
         }
@@ -132,7 +134,15 @@ impl<M: RawMutex, T> Mailbox<M, T> {
 
     /// Takes the value, if there is one.
     pub fn try_take(&self) -> Option<T> {
-        if self.arrived.take() { self.value.lock(Cell::take) } else { None }
+        if self.arrived.take() { self.value.with(Option::take) } else { None }
+    }
+
+    /// Looks at the value where it lies, once, if there is one: a control tick has no time to copy a large one.
+    #[inline(always)]
+    pub(crate) fn if_new(&self, look: impl FnOnce(&T)) {
+        if self.arrived.take() {
+            self.value.with(|slot| slot.as_ref().map(look));
+        }
     }
 }
 

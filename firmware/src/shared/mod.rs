@@ -19,12 +19,12 @@
 mod dead_man;
 mod fault_latch;
 mod handoff;
+mod in_place;
 mod tick;
 
-use core::cell::RefCell;
 use core::sync::atomic::AtomicU32;
 
-use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
+use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use shared_proto::{
     Access, Config, DriverConfig, Event, Fault, Greeting, LinkStatistics, MotionEnd, Reply,
@@ -34,7 +34,8 @@ use shared_proto::{
 pub use dead_man::DeadMan;
 pub use fault_latch::FaultLatch;
 pub use handoff::{Mailbox, Notify, SharedCell};
-pub use tick::{Action, Snapshot, TelemetryHistory, Tick, TickCell};
+pub use in_place::InPlace;
+pub use tick::{Action, Snapshot, TelemetryHistory, Tick};
 
 use crate::capture::CaptureSettings;
 use crate::dead_reckoning::Geometry;
@@ -56,7 +57,7 @@ pub struct Shared<M: RawMutex> {
     /// Profile to PID: this tick's action is there.
     pub action_ready: Notify<M>,
     /// The tick that the three control tasks work on; for the others, the last one.
-    pub snapshot: TickCell<M>,
+    pub snapshot: InPlace<M, Tick>,
     /// Supervisor to capture: how to read the encoders.
     pub capture_settings: Mailbox<M, CaptureSettings>,
     /// Supervisor to PID: how to close the loop.
@@ -64,9 +65,9 @@ pub struct Shared<M: RawMutex> {
     /// Supervisor to profile: what to do from now on.
     pub order: Mailbox<M, ControlOrder>,
     /// The plan that the profile task follows; the supervisor adds the next one, see [`Shared::follow`].
-    pub profile: Mutex<M, RefCell<Profile>>,
+    pub profile: InPlace<M, Profile>,
     /// Supervisor to PID: the check for an [`ControlOrder::Probe`].
-    pub probe: Mutex<M, RefCell<Option<Probe>>>,
+    pub probe: InPlace<M, Option<Probe>>,
     /// Control tasks to supervisor.
     pub control_events: Channel<M, ControlEvent, 4>,
     /// Link to supervisor.
@@ -80,8 +81,6 @@ pub struct Shared<M: RawMutex> {
     pub access: SharedCell<M, Access>,
     /// Supervisor to telemetry: how to follow where the robot is.
     pub follow_wheels: Mailbox<M, OdometryOrder>,
-    /// PID to telemetry: this tick is due to be sent.
-    pub telemetry_due: Notify<M>,
     /// Telemetry to link.
     pub telemetry: Channel<M, Telemetry, 2>,
     /// Telemetry to supervisor: the last frames, in case one was lost on the line.
@@ -97,7 +96,7 @@ pub struct Shared<M: RawMutex> {
     /// When the driver was last heard; without a driver, any host \[us\].
     pub heard_us: SharedCell<M, u64>,
     /// Longest delay of a control tick so far \[us\].
-    pub tick_delay_us_max: SharedCell<M, u32>,
+    pub tick_delay_us_max: AtomicU32,
     /// Ticks of the control timer that were lost so far.
     pub ticks_lost: SharedCell<M, u32>,
     /// Supervisor to PID: how long the motors may be driven.
@@ -118,19 +117,18 @@ impl<M: RawMutex> Shared<M> {
         Self {
             measurement_ready: Notify::new(),
             action_ready: Notify::new(),
-            snapshot: TickCell::new(),
+            snapshot: InPlace::new(Tick::FIRST),
             capture_settings: Mailbox::new(),
             loop_settings: Mailbox::new(),
             order: Mailbox::new(),
-            profile: Mutex::new(RefCell::new(Profile::ORIGIN)),
-            probe: Mutex::new(RefCell::new(None)),
+            profile: InPlace::new(Profile::ORIGIN),
+            probe: InPlace::new(None),
             control_events: Channel::new(),
             requests: Channel::new(),
             outgoing: Channel::new(),
             greetings: Channel::new(),
             access: SharedCell::new(Access::Nobody),
             follow_wheels: Mailbox::new(),
-            telemetry_due: Notify::new(),
             telemetry: Channel::new(),
             history: TelemetryHistory::new(),
             telemetry_period: AtomicU32::new(0),
@@ -138,7 +136,7 @@ impl<M: RawMutex> Shared<M> {
             state: SharedCell::new(State::Boot),
             driver: SharedCell::new(None),
             heard_us: SharedCell::new(0),
-            tick_delay_us_max: SharedCell::new(0),
+            tick_delay_us_max: AtomicU32::new(0),
             ticks_lost: SharedCell::new(0),
             dead_man: DeadMan::new(),
             liveness: Liveness::new(),
@@ -164,15 +162,15 @@ impl<M: RawMutex> Shared<M> {
     /// The wheels then hold their place for `hold_ticks`. The plan is copied once, to where the control tick uses it.
     pub fn follow(&self, id: u32, plan: &Plan, hold_ticks: u32) {
         // Under one lock: the profile task never sees the plan without the order, or the reverse.
-        self.profile.lock(|profile| {
-            profile.borrow_mut().replace(plan);
+        self.profile.with(|profile| {
+            profile.replace(plan);
             self.order.put(ControlOrder::Follow { id, hold_ticks });
         });
     }
 
     /// Makes the control tasks check the encoders' signs; ends in [`ControlEvent::Probed`] or a fault.
     pub fn check(&self, id: u32, probe: Probe) {
-        self.probe.lock(|slot| *slot.borrow_mut() = Some(probe));
+        self.probe.with(|slot| *slot = Some(probe));
         self.order.put(ControlOrder::Probe { id });
     }
 

@@ -1,12 +1,12 @@
 //! The control tick that capture, profile and PID work on, and telemetry from it.
 
 use core::cell::Cell;
-use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use fixed::types::{I8F24, I32F32};
 use shared_proto::{Pose, Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry};
 
+use super::in_place::InPlace;
 use crate::capture::Measured;
 use crate::pid::PidState;
 use crate::profile::Setpoint;
@@ -61,50 +61,7 @@ pub struct Snapshot {
     pub supply_mv: u16,
 }
 
-/// Where the present [`Tick`] is kept.
-pub struct TickCell<M: RawMutex> {
-    tick: Mutex<M, Tick>,
-    /// Somebody works on it. Checked in tests only: each control tick would do it three times.
-    taken: AtomicBool,
-}
-
-impl<M: RawMutex> TickCell<M> {
-    pub(super) const fn new() -> Self {
-        let tick = Tick {
-            measured: Measured {
-                tick: 0,
-                t_us: 0,
-                counts: WheelPair::both(0),
-                travel: WheelPair::both(Travel(I32F32::ZERO)),
-                speed: WheelPair::both(Speed(I8F24::ZERO)),
-            },
-            action: Action::Off,
-            setpoints: WheelPair::both(Setpoint::ZERO),
-            supply_mv: 0,
-            loops: WheelPair::both(PidState::ZERO),
-            duty: WheelPair::both(Duty::ZERO),
-            probing: false,
-            applied: AppliedVoltage::ZERO,
-        };
-        Self { tick: Mutex::new(tick), taken: AtomicBool::new(false) }
-    }
-
-    /// Works on the tick in place. The work never asks for it again: whatever it calls is given the tick.
-    #[inline(always)]
-    pub(crate) fn with<R>(&self, work: impl FnOnce(&mut Tick) -> R) -> R {
-        // SAFETY: never within itself, which tests hold below; so there is one reference at a time.
-        unsafe {
-            self.tick.lock_mut(|tick| {
-                debug_assert!(!self.taken.swap(true, Ordering::Relaxed), "a tick within a tick");
-                let done = work(tick);
-                if cfg!(debug_assertions) {
-                    self.taken.store(false, Ordering::Relaxed);
-                }
-                done
-            })
-        }
-    }
-
+impl<M: RawMutex> InPlace<M, Tick> {
     /// The whole tick, for use outside the control tick: that has no time for conversions to the wire's units.
     #[inline(never)]
     pub fn copy(&self) -> Tick {
@@ -119,6 +76,24 @@ impl<M: RawMutex> TickCell<M> {
 }
 
 impl Tick {
+    /// Before the first one.
+    pub(super) const FIRST: Self = Self {
+        measured: Measured {
+            tick: 0,
+            t_us: 0,
+            counts: WheelPair::both(0),
+            travel: WheelPair::both(Travel(I32F32::ZERO)),
+            speed: WheelPair::both(Speed(I8F24::ZERO)),
+        },
+        action: Action::Off,
+        setpoints: WheelPair::both(Setpoint::ZERO),
+        supply_mv: 0,
+        loops: WheelPair::both(PidState::ZERO),
+        duty: WheelPair::both(Duty::ZERO),
+        probing: false,
+        applied: AppliedVoltage::ZERO,
+    };
+
     /// The telemetry frame of this tick.
     pub(crate) fn telemetry(
         &self,

@@ -4,6 +4,8 @@
 //! the profile task. A tick that comes too late is a fault while the motors are on. Ticks of the timer that
 //! a stalled core lost are counted, and the ticks after them are on time again.
 
+use core::sync::atomic::Ordering;
+
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use shared_proto::{Fault, State};
@@ -33,9 +35,7 @@ pub async fn run<M: RawMutex>(
             note_late(shared, tick, t_us);
         }
         let counts = encoders.counts();
-        if let Some(settings) = shared.capture_settings.try_take() {
-            capture.restart(settings, counts);
-        }
+        shared.capture_settings.if_new(|settings| capture.restart(settings, counts));
         tick = tick.wrapping_add(1);
         shared.snapshot.with(|now| {
             now.measured.tick = tick;
@@ -49,13 +49,17 @@ pub async fn run<M: RawMutex>(
 #[cold]
 fn note_late<M: RawMutex>(shared: &Shared<M>, tick: LateTick, t_us: u64) {
     let delay = u32::try_from(tick.delay_us).unwrap_or(u32::MAX);
-    shared.tick_delay_us_max.update(|max| *max = delay.max(*max));
+    // Nobody else writes it.
+    if delay > shared.tick_delay_us_max.load(Ordering::Relaxed) {
+        shared.tick_delay_us_max.store(delay, Ordering::Relaxed);
+    }
     if tick.lost > 0 {
         shared.ticks_lost.update(|lost| *lost = lost.saturating_add(tick.lost));
     }
     // Only with the motors on: erasing the flash, with the motors off, may stop the core that long.
-    let motors_on = matches!(shared.state.get(), State::Armed | State::Driving | State::Stopping);
-    if tick.delay_us > TICK_DELAY_US_MAX && motors_on {
+    if tick.delay_us > TICK_DELAY_US_MAX
+        && matches!(shared.state.get(), State::Armed | State::Driving | State::Stopping)
+    {
         shared.raise(Fault::DeadlineMissed, t_us);
     }
 }

@@ -4,8 +4,6 @@
 //! next control tick at the latest. It also counts down the dead-man itself: without the supervisor's
 //! word no motion goes on.
 
-use core::sync::atomic::Ordering;
-
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use shared_proto::{AtFault, DriverConfig, Fault, WheelPair};
 
@@ -32,13 +30,13 @@ pub async fn run<M: RawMutex>(
     motors.configure(&control.driver);
     loop {
         shared.action_ready.wait().await;
-        if let Some(settings) = shared.loop_settings.try_take() {
+        shared.loop_settings.if_new(|settings| {
             if control.driver != settings.driver {
                 motors.configure(&settings.driver);
                 control.enabled = false;
             }
             control.adopt(settings);
-        }
+        });
         let supply_mv = supply.millivolts();
         shared.snapshot.with(|tick| {
             tick.supply_mv = supply_mv;
@@ -55,10 +53,6 @@ pub async fn run<M: RawMutex>(
             }
             tick.duty = output.duty;
             tick.probing = output.probing;
-            let period = shared.telemetry_period.load(Ordering::Relaxed);
-            if period != 0 && tick.measured.tick.is_multiple_of(period) {
-                shared.telemetry_due.notify();
-            }
         });
     }
 }
@@ -114,12 +108,13 @@ impl Control {
     }
 
     /// Adopts new settings; the loop opens.
-    fn adopt(&mut self, settings: LoopSettings) {
+    #[inline(never)]
+    fn adopt(&mut self, settings: &LoopSettings) {
         self.gains = settings.gains;
         self.reversed = settings.reversed;
         self.supply_mv = settings.supply_mv;
         self.supply_scale = SupplyScale::new(settings.supply_mv.nominal);
-        self.protection.adopt(settings.thresholds);
+        self.protection.adopt(&settings.thresholds);
         self.driver = settings.driver;
         self.tracking = false;
         (self.supply_low_ticks, self.supply_high_ticks) = (0, 0);
@@ -214,8 +209,7 @@ impl Control {
     ) -> Output {
         let mut output = Output { enabled: true, probing: true, ..Output::OFF };
         // In place: to copy it takes longer than to step it.
-        let outcome = shared.probe.lock(|probe| {
-            let mut probe = probe.borrow_mut();
+        let outcome = shared.probe.with(|probe| {
             let outcome = probe.as_mut()?.step(measured.counts);
             if !matches!(outcome, ProbeOutcome::Running(_)) {
                 *probe = None;

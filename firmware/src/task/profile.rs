@@ -75,8 +75,7 @@ impl ActiveOrder {
                 }
             },
             ControlOrder::Follow { id, hold_ticks } => {
-                let late = shared.profile.lock(|profile| {
-                    let mut profile = profile.borrow_mut();
+                let late = shared.profile.with(|profile| {
                     let late = profile.drop_late(measured.tick);
                     if !matches!(self, ActiveOrder::Follow { .. } | ActiveOrder::Hold { .. }) {
                         profile.switch();
@@ -95,22 +94,22 @@ impl ActiveOrder {
 
     #[inline(always)]
     fn step<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Action {
-        let Tick { measured, setpoints, .. } = tick;
+        let Tick { measured, setpoints, loops, .. } = tick;
         match self {
             ActiveOrder::Off => Action::Off,
             ActiveOrder::Rest => Action::Rest,
             ActiveOrder::Probe { id } => Action::Probe { id: *id },
             ActiveOrder::Follow { id, hold_ticks, close_ticks, settle_ticks } => {
-                let finished = shared.profile.lock(|profile| {
-                    let mut profile = profile.borrow_mut();
+                let ended = shared.profile.with(|profile| {
+                    // At the tick before: in the tick that ends a plan both wheels change phase already.
+                    let ended = profile.has_ended();
                     profile.step(measured.tick, setpoints);
-                    profile.finished(measured.tick)
+                    ended
                 });
-                if finished {
+                if ended {
                     *settle_ticks += 1;
-                    let close = measured.travel.zip(*setpoints).all(|(travel, setpoint)| {
-                        travel.error_from(setpoint.travel).abs() <= ARRIVED
-                    });
+                    // As the controller saw it at the tick before.
+                    let close = loops.as_ref().all(|wheel| wheel.is_within(ARRIVED));
                     *close_ticks = if close { *close_ticks + 1 } else { 0 };
                     let over = *settle_ticks >= SETTLE_TICKS_MAX;
                     if *close_ticks >= ARRIVED_TICKS || over {
@@ -127,7 +126,7 @@ impl ActiveOrder {
             }
             ActiveOrder::Hold { ticks_left } => {
                 *ticks_left -= 1;
-                shared.profile.lock(|profile| profile.borrow_mut().step(measured.tick, setpoints));
+                shared.profile.with(|profile| profile.step(measured.tick, setpoints));
                 Action::Track
             }
         }

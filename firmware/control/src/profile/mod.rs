@@ -138,6 +138,12 @@ impl Profile {
         setpoints.right = cursors.right.setpoint();
     }
 
+    /// True if the tick before was at the end of the last plan given, or after it.
+    #[inline(always)]
+    pub const fn has_ended(&self) -> bool {
+        self.ended && !self.waiting
+    }
+
     /// True if at `tick`, now or later, both wheels are at the target of the last plan given.
     #[inline(always)]
     pub fn finished(&self, tick: u32) -> bool {

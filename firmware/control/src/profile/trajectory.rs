@@ -10,6 +10,8 @@ use crate::units::{Acceleration, CONTROL_HZ, Speed, Travel};
 pub(super) struct Phase {
     /// Ticks from the plan's start.
     first_tick: u32,
+    /// The first tick of the next phase; the last phase never ends.
+    end_tick: u32,
     /// At the first tick [2^-64 m].
     position: i128,
     /// At the first tick [2^-64 m/tick].
@@ -22,6 +24,7 @@ pub(super) struct Phase {
 impl Phase {
     const ORIGIN: Self = Self {
         first_tick: 0,
+        end_tick: u32::MAX,
         position: 0,
         velocity: 0,
         half: 0,
@@ -34,7 +37,7 @@ impl Phase {
         let per_second_squared = i64::from(CONTROL_HZ * CONTROL_HZ);
         let bits = (((half >> 10) * per_second_squared) + (1 << 28)) >> 29;
         let acceleration = Acceleration(I8F24::from_bits(crate::units::saturate_i32(bits)));
-        Self { first_tick, position, velocity, half, acceleration }
+        Self { first_tick, end_tick: u32::MAX, position, velocity, half, acceleration }
     }
 
     /// (1) of [`profile`](super).
@@ -81,7 +84,10 @@ impl Trajectory {
 
     /// Phases in the order of their first ticks, the first one's being 0.
     #[inline]
-    pub fn new(phases: [Phase; PHASES_LEN]) -> Self {
+    pub fn new(mut phases: [Phase; PHASES_LEN]) -> Self {
+        for phase in 1..PHASES_LEN {
+            phases[phase - 1].end_tick = phases[phase].first_tick;
+        }
         debug_assert!(
             phases[0].first_tick == 0 && phases.is_sorted_by_key(|phase| phase.first_tick)
         );
@@ -91,14 +97,14 @@ impl Trajectory {
     /// Stands still at a position [2^-64 m].
     #[inline]
     pub fn hold(position: i128) -> Self {
-        Self { phases: [Phase::new(0, position, 0, 0); PHASES_LEN] }
+        Self::new([Phase::new(0, position, 0, 0); PHASES_LEN])
     }
 
     /// From the start to the end of a ramp, and then still at `target`.
     #[inline]
     pub fn brake(ramp: Phase, end: u32, target: i128) -> Self {
         let still = Phase::new(end, target, 0, 0);
-        Self { phases: [ramp, still, still, still] }
+        Self::new([ramp, still, still, still])
     }
 
     /// Ticks from the start to standing at the target.
@@ -114,18 +120,22 @@ impl Trajectory {
     /// The wheel's point `elapsed` ticks after the start.
     #[inline]
     pub fn at(&self, elapsed: u32) -> Point {
-        self.phases[self.phase_at(elapsed, 0)].at(elapsed)
+        self.phase(self.phase_at(elapsed, 0)).at(elapsed)
     }
 
     /// The phase that holds at `elapsed`, at or after phase `from`.
     fn phase_at(&self, elapsed: u32, from: usize) -> usize {
         let mut phase = from;
-        while let Some(next) = self.phases.get(phase + 1)
-            && next.first_tick <= elapsed
-        {
+        while self.phase(phase).end_tick <= elapsed {
             phase += 1;
         }
         phase
+    }
+
+    /// A phase; its index is below 4, which is cheaper to ensure than to check.
+    #[inline(always)]
+    fn phase(&self, index: usize) -> &Phase {
+        &self.phases[index % PHASES_LEN]
     }
 }
 
@@ -157,16 +167,15 @@ impl Cursor {
     pub fn new(trajectory: &Trajectory) -> Self {
         let mut cursor = Self::ORIGIN;
         cursor.enter(trajectory, trajectory.phase_at(0, 0));
-        let Phase { position, velocity, .. } = trajectory.phases[cursor.phase];
+        let Phase { position, velocity, .. } = *trajectory.phase(cursor.phase);
         cursor.point = Point { position, velocity };
         cursor
     }
 
     fn enter(&mut self, trajectory: &Trajectory, phase: usize) {
         self.phase = phase;
-        self.ends = trajectory.phases.get(phase + 1).map_or(u32::MAX, |next| next.first_tick);
-        let Phase { half, acceleration, .. } = trajectory.phases[phase];
-        (self.half, self.acceleration) = (half, acceleration);
+        let Phase { end_tick, half, acceleration, .. } = *trajectory.phase(phase);
+        (self.ends, self.half, self.acceleration) = (end_tick, half, acceleration);
     }
 
     /// Moves on to `elapsed`, which never decreases.
@@ -188,7 +197,7 @@ impl Cursor {
     #[inline(never)]
     fn jump_to(&mut self, trajectory: &Trajectory, elapsed: u32) {
         self.enter(trajectory, trajectory.phase_at(elapsed, self.phase));
-        let phase = &trajectory.phases[self.phase];
+        let phase = trajectory.phase(self.phase);
         self.point = if elapsed == phase.first_tick {
             Point { position: phase.position, velocity: phase.velocity }
         } else {

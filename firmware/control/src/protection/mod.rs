@@ -46,6 +46,8 @@ pub struct Protection {
     monitors: WheelPair<WheelMonitor>,
     /// False until the first step.
     watching: bool,
+    /// Which wheel is compared with its setpoint at this tick: one after the other, so that no tick has to compare both.
+    left_is_due: bool,
 }
 
 impl Protection {
@@ -57,7 +59,12 @@ impl Protection {
 
     /// A monitor with these thresholds that starts with the first step.
     pub const fn with(thresholds: Thresholds) -> Self {
-        Self { thresholds, monitors: WheelPair::both(WheelMonitor::BLANK), watching: false }
+        Self {
+            thresholds,
+            monitors: WheelPair::both(WheelMonitor::BLANK),
+            watching: false,
+            left_is_due: false,
+        }
     }
 
     /// Restarts with the next step.
@@ -66,8 +73,8 @@ impl Protection {
     }
 
     /// Adopts new thresholds and restarts.
-    pub fn adopt(&mut self, thresholds: Thresholds) {
-        self.thresholds = thresholds;
+    pub fn adopt(&mut self, thresholds: &Thresholds) {
+        self.thresholds.clone_from(thresholds);
         self.restart();
     }
 
@@ -102,9 +109,11 @@ impl Protection {
             self.monitors.right.begin(&right, limits.right.checkpoint_ticks / 2);
             return None;
         }
+        self.left_is_due = !self.left_is_due;
+        let (due, limits) = (self.left_is_due, &self.thresholds.0);
         let found = (
-            self.monitors.left.step(&self.thresholds.0.left, left, supply_scale),
-            self.monitors.right.step(&self.thresholds.0.right, right, supply_scale),
+            self.monitors.left.step(&limits.left, left, supply_scale, due),
+            self.monitors.right.step(&limits.right, right, supply_scale, !due),
         );
         match found {
             (None, None) => None,

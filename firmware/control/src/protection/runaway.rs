@@ -29,7 +29,7 @@ impl Run {
     pub fn goes_on(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
         self.push += i64::from(view.duty().0.to_bits());
         let way = view.positions().travel.wrapping_sub(self.start.travel);
-        2 * way.abs() >= limits.runaway && (self.push > 0) != (way > 0)
+        way.unsigned_abs() >= limits.runaway as u32 / 2 && (self.push > 0) != (way > 0)
     }
 
     /// Whether the count goes the other way than the motor drives the wheel, of a run that [goes on](Self::goes_on).
@@ -46,7 +46,7 @@ impl Run {
         (tick, lately): (u32, (u32, u32)),
     ) -> bool {
         let moved = view.positions().since(self.start);
-        let way = moved.travel.abs();
+        let way = moved.travel.unsigned_abs();
         let ticks = i64::from(tick.wrapping_sub(self.tick));
         let at_supply = |nominal: i64| (nominal >> SCALE_BITS) * i64::from(supply_scale);
         let driven = Driven {
@@ -55,13 +55,13 @@ impl Run {
         };
         self.pushed_by_hand |= !driven.explains_travel();
         // A hand that pushes a wheel back which should advance is taken for it.
-        let advanced = moved.setpoint.abs() >= way >> 1
+        let advanced = moved.setpoint.unsigned_abs() >= way >> 1
             && (moved.setpoint > 0) != (moved.travel > 0)
-            && way >= limits.reversed_run;
+            && way >= limits.reversed_run as u32;
         // Half as fast again as on average: at an even acceleration it is twice as fast.
         let (turned, time) = lately;
-        let speeds_up = 2 * i64::from(turned) * ticks >= 3 * way * i64::from(time);
-        advanced || (way >= limits.runaway && speeds_up && !self.pushed_by_hand)
+        let speeds_up = 2 * i64::from(turned) * ticks >= 3 * i64::from(way) * i64::from(time);
+        advanced || (way >= limits.runaway as u32 && speeds_up && !self.pushed_by_hand)
     }
 }
 

@@ -1,5 +1,7 @@
 //! What a wheel did by one tick.
 
+use fixed::types::I32F32;
+
 use crate::pid::PidState;
 use crate::profile::Setpoint;
 use crate::units::{Duty, Travel};
@@ -28,15 +30,24 @@ impl WheelSample<'_> {
 
     #[inline(always)]
     pub fn positions(&self) -> Positions {
-        Positions { setpoint: self.setpoint.travel.0.to_bits(), travel: self.travel.0.to_bits() }
+        Positions { setpoint: position(self.setpoint.travel), travel: position(self.travel) }
     }
 }
 
-/// Setpoint and travel of a wheel at one instant [2^-32 m].
+/// Fractional bits of a position: fine enough for any encoder, and 32 bits of them are 256 m.
+pub const POSITION_BITS: u32 = 24;
+
+/// A travel's lower bits. They wrap, but no two positions that are compared are 128 m apart.
+#[inline(always)]
+pub fn position(travel: Travel) -> i32 {
+    (travel.0.to_bits() >> (I32F32::FRAC_NBITS - POSITION_BITS)) as i32
+}
+
+/// Setpoint and travel of a wheel at one instant [2^-24 m].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Positions {
-    pub setpoint: i64,
-    pub travel: i64,
+    pub setpoint: i32,
+    pub travel: i32,
 }
 
 impl Positions {
@@ -46,5 +57,10 @@ impl Positions {
             setpoint: self.setpoint.wrapping_sub(earlier.setpoint),
             travel: self.travel.wrapping_sub(earlier.travel),
         }
+    }
+
+    /// How far the wheel is behind its setpoint.
+    pub fn error(self) -> i32 {
+        self.setpoint.wrapping_sub(self.travel)
     }
 }

@@ -3,15 +3,13 @@
 use fixed::types::I2F30;
 use shared_proto::{Config, Wheel, WheelPair};
 
+use super::sample::POSITION_BITS;
 use crate::odometry::Odometry;
 use crate::soft_float::{max, nearest, truncate};
 use crate::units::{CONTROL_HZ, MetersPerCount, saturate_i32};
 
 /// Checkpoints in a stall time.
 pub(super) const CHECKPOINTS_LEN: usize = 8;
-
-/// Fractional bits of a [`Travel`].
-const TRAVEL_BITS: u32 = 32;
 
 /// Both wheels' thresholds.
 #[derive(Clone, Debug)]
@@ -29,26 +27,26 @@ impl Thresholds {
     }
 }
 
-/// One wheel's thresholds; travel in steps of 2^-32 m, time in ticks.
+/// One wheel's thresholds; travel in steps of 2^-24 m, time in ticks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WheelThresholds {
-    pub error_max: i64,
+    pub error_max: i32,
     pub counts_per_tick_max: u32,
     pub stall_ticks: u32,
     /// Between two checkpoints of the creep rule.
     pub checkpoint_ticks: u32,
-    pub standing_advance: i64,
-    pub creeping_advance: i64,
-    pub reversed_run: i64,
+    pub standing_advance: i32,
+    pub creeping_advance: i32,
+    pub reversed_run: i32,
     /// A wheel that is driven away has gone this far.
-    pub runaway: i64,
+    pub runaway: i32,
     /// Duty that friction takes \[2^-30\].
     pub friction: i64,
     /// Duty times ticks \[2^-30\] that a step of travel takes against the motor's own voltage \[2^-8\].
     pub speed_cost: i64,
     /// Duty times ticks \[2^-30\] that a speed of one step of travel per tick takes.
     pub acceleration_cost: i64,
-    pub resting_error: i64,
+    pub resting_error: i32,
     pub resting_duty: u32,
     pub quiet: QuietBounds,
 }
@@ -60,18 +58,20 @@ pub(super) struct QuietBounds {
     pub error: u32,
     /// Error while it rests, below this \[2^-30 m\].
     pub resting_error: u32,
-    /// Advance of the setpoint since the last count, at most this \[2^-32 m\].
+    /// Advance of the setpoint since the last count, at most this \[2^-24 m\].
     pub advance: u32,
 }
 
 impl QuietBounds {
-    fn new(error_max: i64, resting_error: i64, standing_advance: i64) -> Self {
+    fn new(error_max: i32, resting_error: i32, standing_advance: i32) -> Self {
         // A wheel that only just is not quiet is looked at: nothing is rounded up.
-        let error = |steps: i64| saturate_i32(steps >> 2) as u32;
+        let error = |steps: i32| {
+            saturate_i32(i64::from(steps) << (I2F30::FRAC_NBITS - POSITION_BITS)) as u32
+        };
         Self {
             error: error(error_max),
             resting_error: error(resting_error),
-            advance: saturate_i32(standing_advance - 1) as u32,
+            advance: (standing_advance - 1) as u32,
         }
     }
 }
@@ -81,13 +81,13 @@ impl WheelThresholds {
     fn new(config: &Config, wheel: Wheel, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
-        let steps = |m: f64| truncate(m, TRAVEL_BITS);
+        let steps = |m: f64| saturate_i32(truncate(m, POSITION_BITS));
         let at_least = |counts: f64, m: f64| steps(max(counts * q_m, m));
         let error_m_max = config.protection.following_error_m_max;
         let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
         let ks = max(ks_forward, ks_backward);
         // Of a step of travel in a duty of 2^-30.
-        let share = hz / f64::from(1 << (TRAVEL_BITS - I2F30::FRAC_NBITS));
+        let share = hz * f64::from(1 << (I2F30::FRAC_NBITS - POSITION_BITS));
         let error_max = steps(error_m_max);
         let (resting_error, standing_advance) = (steps(4.0 * q_m), at_least(4.0, 0.002));
         let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
@@ -112,9 +112,9 @@ impl WheelThresholds {
 
 impl WheelThresholds {
     /// Duty times ticks that takes a wheel so far, from rest to the speed of so much travel in so many ticks \[2^-30\].
-    pub fn needed(&self, way: i64, (turned, ticks): (u32, u32)) -> i64 {
+    pub fn needed(&self, way: u32, (turned, ticks): (u32, u32)) -> i64 {
         let speed = i64::from(turned / ticks.max(1));
-        ((self.speed_cost * way) >> 8) + self.acceleration_cost * speed
+        ((self.speed_cost * i64::from(way)) >> 8) + self.acceleration_cost * speed
     }
 }
 

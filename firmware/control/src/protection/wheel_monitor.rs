@@ -3,7 +3,7 @@
 use shared_proto::{Fault, Wheel};
 
 use super::runaway::Run;
-use super::sample::{Positions, WheelSample};
+use super::sample::{Positions, WheelSample, position};
 use super::thresholds::{CHECKPOINTS_LEN, QuietBounds, WheelThresholds};
 
 /// A kind of fault that needs a wheel.
@@ -49,13 +49,10 @@ pub struct WheelMonitor {
     changed: usize,
     /// The present series of changes against the setpoint, or away from one at rest.
     run: Option<Run>,
-    /// Where monitoring began; stands in for checkpoints that are not taken yet.
-    start: Positions,
+    /// Where monitoring began stands in for those that are not taken yet.
     checkpoints: [Positions; CHECKPOINTS_LEN],
-    /// The index of the next checkpoint.
+    /// The oldest one, which the next one replaces, is at `checkpoint % CHECKPOINTS_LEN`.
     checkpoint: usize,
-    /// Every checkpoint has been taken once.
-    round_taken: bool,
     checkpoint_tick: u32,
 }
 
@@ -72,10 +69,8 @@ impl WheelMonitor {
             changes: [CHANGE; CHANGES_LEN],
             changed: 0,
             run: None,
-            start: POSITIONS,
             checkpoints: [POSITIONS; CHECKPOINTS_LEN],
             checkpoint: 0,
-            round_taken: false,
             checkpoint_tick: 0,
         }
     };
@@ -86,24 +81,26 @@ impl WheelMonitor {
     /// fall into one tick.
     pub fn begin(&mut self, view: &WheelSample<'_>, since_checkpoint: u32) {
         self.tick = 0;
-        self.start = view.positions();
-        self.last = Change { tick: 0, counts: view.counts, positions: self.start };
+        let start = view.positions();
+        self.last = Change { tick: 0, counts: view.counts, positions: start };
         self.counts = (view.counts, view.counts);
         (self.goings_back, self.flaps) = (0, 0);
         self.changes[0] = self.last;
         self.changed = 1;
         self.run = None;
+        self.checkpoints = [start; CHECKPOINTS_LEN];
         self.checkpoint = 0;
-        self.round_taken = false;
         self.checkpoint_tick = since_checkpoint.wrapping_neg();
     }
 
+    /// One tick. A wheel that does as it should is compared with its setpoint only if that is `due`: every few ticks.
     #[inline(always)]
     pub fn step(
         &mut self,
         limits: &WheelThresholds,
         view: WheelSample<'_>,
         supply_scale: i32,
+        due: bool,
     ) -> Option<WheelFault> {
         self.tick = self.tick.wrapping_add(1);
         let moved = view.counts.wrapping_sub(self.counts.0) as i32;
@@ -119,6 +116,9 @@ impl WheelMonitor {
                 self.goings_back >>= 1;
                 self.record(&view, moved > 0);
             }
+        }
+        if !due && self.run.is_none() {
+            return None;
         }
         if !self.is_quiet(&limits.quiet, &view) {
             // A copy, made here: whatever these are given by reference has to be in memory, and not at every tick.
@@ -136,12 +136,8 @@ impl WheelMonitor {
     fn is_quiet(&self, bounds: &QuietBounds, view: &WheelSample<'_>) -> bool {
         let error = view.controller.error().to_bits().unsigned_abs();
         let error_max = if view.rests() { bounds.resting_error } else { bounds.error };
-        let setpoint = view.setpoint.travel.0.to_bits();
-        let advance = setpoint.wrapping_sub(self.last.positions.setpoint);
-        // Either way by at most this: one comparison.
-        let bound = u64::from(bounds.advance);
-        let in_bounds = (advance as u64).wrapping_add(bound) <= 2 * bound;
-        self.run.is_none() && error < error_max && in_bounds
+        let advance = position(view.setpoint.travel).wrapping_sub(self.last.positions.setpoint);
+        self.run.is_none() && error < error_max && advance.unsigned_abs() <= bounds.advance
     }
 
     /// The rules that may apply to a quiet wheel at a checkpoint.
@@ -153,7 +149,7 @@ impl WheelMonitor {
     ) -> Option<WheelFault> {
         if self.oscillates_off_setpoint(limits, positions) {
             Some(Fault::EncoderDead)
-        } else if self.creeps(limits, positions) {
+        } else if self.creeps_at_checkpoint(limits, positions) {
             Some(self.diagnose(limits))
         } else {
             None
@@ -162,8 +158,7 @@ impl WheelMonitor {
 
     /// The count goes back and forth, and is off by more than that.
     fn oscillates_off_setpoint(&self, limits: &WheelThresholds, positions: Positions) -> bool {
-        self.flaps >= FLAPS
-            && positions.setpoint.abs_diff(positions.travel) >= limits.reversed_run as u64
+        self.flaps >= FLAPS && positions.error().unsigned_abs() >= limits.reversed_run as u32
     }
 
     /// All rules.
@@ -176,7 +171,7 @@ impl WheelMonitor {
     ) -> Option<WheelFault> {
         let positions = view.positions();
         let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
-        let too_far = positions.setpoint.abs_diff(positions.travel) > limits.error_max as u64;
+        let too_far = positions.error().unsigned_abs() > limits.error_max as u32;
         if self.oscillates_off_setpoint(limits, positions) {
             Some(Fault::EncoderDead)
         } else if goes_on && self.runs_against_motor(limits, view, supply_scale) {
@@ -219,8 +214,7 @@ impl WheelMonitor {
     fn recent_travel(&self) -> (u32, u32) {
         let earlier = self.change(LATELY.min(self.changed));
         let turned = self.last.positions.since(earlier.positions).travel.unsigned_abs();
-        // Less than a metre in 4 ticks, whatever the wheel.
-        (turned as u32, self.last.tick.wrapping_sub(earlier.tick))
+        (turned, self.last.tick.wrapping_sub(earlier.tick))
     }
 
     /// The count goes the other way than the motor drives the wheel.
@@ -249,8 +243,8 @@ impl WheelMonitor {
     /// `too_far`: the error is above its limit already, so there is no time to wait.
     fn is_stalled(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
         let since = positions.since(self.last.positions).setpoint;
-        let advance = since.abs();
-        let error = positions.setpoint.wrapping_sub(positions.travel);
+        let advance = since.saturating_abs();
+        let error = positions.error();
         let ahead = if since < 0 { error.wrapping_neg() } else { error };
         (advance.min(ahead) >= limits.standing_advance
             && self.standing_ticks() >= limits.stall_ticks)
@@ -263,7 +257,7 @@ impl WheelMonitor {
         view.rests()
             && self.standing_ticks() >= 10 * limits.stall_ticks
             && view.duty().0.to_bits().unsigned_abs() >= limits.resting_duty
-            && positions.setpoint.abs_diff(positions.travel) >= limits.resting_error as u64
+            && positions.error().unsigned_abs() >= limits.resting_error as u32
     }
 
     #[inline(always)]
@@ -273,22 +267,23 @@ impl WheelMonitor {
 
     /// The wheel falls far behind although its count still changes now and then.
     fn creeps(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
-        if !self.checkpoint_is_due(limits) {
-            return false;
-        }
+        self.checkpoint_is_due(limits) && self.creeps_at_checkpoint(limits, positions)
+    }
+
+    #[inline(always)]
+    fn creeps_at_checkpoint(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
         self.checkpoint_tick = self.tick;
-        self.flaps -= self.flaps.div_ceil(CHECKPOINTS_LEN as u32);
-        let slot = self.checkpoint % CHECKPOINTS_LEN;
-        let taken = core::mem::replace(&mut self.checkpoints[slot], positions);
-        let oldest = if self.round_taken { taken } else { self.start };
-        self.checkpoint = (slot + 1) % CHECKPOINTS_LEN;
-        self.round_taken |= self.checkpoint == 0;
-        let moved = positions.since(oldest);
-        let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
+        // An eighth of them, rounded up.
+        self.flaps -= (self.flaps + (CHECKPOINTS_LEN as u32 - 1)) / CHECKPOINTS_LEN as u32;
+        let slot = &mut self.checkpoints[self.checkpoint % CHECKPOINTS_LEN];
+        let moved = positions.since(core::mem::replace(slot, positions));
+        self.checkpoint = self.checkpoint.wrapping_add(1);
+        let (advance, along) = match moved.setpoint {
+            0.. => (moved.setpoint, moved.travel),
+            _ => (moved.setpoint.wrapping_neg(), moved.travel.wrapping_neg()),
+        };
         // `EncoderReversed` has its own rule.
-        self.run.is_none()
-            && moved.setpoint.abs() >= limits.creeping_advance
-            && along < moved.setpoint.abs() >> 3
+        advance >= limits.creeping_advance && along < advance >> 3 && self.run.is_none()
     }
 
     /// Whether the wheel or the encoder is at fault when a count stands still or creeps.
@@ -309,8 +304,8 @@ impl WheelMonitor {
         }
         let moved = last.positions.since(self.change(age).positions);
         let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
-        // Two thirds; shifted first, so that nothing overflows.
-        if along > 0 && 3 * (along >> 3) >= 2 * (moved.setpoint.abs() >> 3) {
+        // Two thirds.
+        if along > 0 && 3 * i64::from(along) >= 2 * i64::from(moved.setpoint).abs() {
             Fault::EncoderDead
         } else {
             Fault::Stall

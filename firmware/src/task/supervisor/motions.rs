@@ -137,9 +137,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             (Some(_), _) if !probed => return Err(Refusal::State(self.state)),
             (Some(plan), _) => plan.at(start),
             (None, Some((_, from))) => *from,
-            (None, None) if self.holds() => {
-                self.shared.profile.lock(|profile| profile.borrow().at(start))
-            }
+            (None, None) if self.holds() => self.shared.profile.with(|profile| profile.at(start)),
             (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
         };
         let plan = wanted.plan(start, from, &self.config).map_err(Refusal::Motion)?;

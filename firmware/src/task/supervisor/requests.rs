@@ -289,7 +289,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             supply_mv: snapshot.supply_mv,
             link: self.shared.link.get(),
             ticks: snapshot.measured.tick,
-            tick_delay_us_max: self.shared.tick_delay_us_max.get(),
+            tick_delay_us_max: self.shared.tick_delay_us_max.load(Ordering::Relaxed),
             ticks_lost: self.shared.ticks_lost.get(),
         }
     }

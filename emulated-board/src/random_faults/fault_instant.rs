@@ -1,6 +1,6 @@
 //! What the robot was doing when a fault happened, on which the fault's name and its bound depend.
 
-use shared_proto::Fault;
+use shared_proto::{Fault, Wheel, WheelPair};
 
 use super::bound::{MotorsOff, Name};
 use super::draw::{CRUISE_S, Case, Phase};
@@ -36,8 +36,16 @@ pub struct FaultInstant {
     stopping: bool,
     /// Time until the slower wheel's setpoint has advanced by [`SHOWN_M`] \[ms\].
     shown_ms: Option<f64>,
+    /// How far the slower wheel's setpoint has advanced \[m\].
+    advanced_m: f64,
     /// Time until the motion is over and has settled \[ms\].
     end_ms: f64,
+    /// Time until the setpoint brakes, below zero once it does \[ms\].
+    brakes_ms: f64,
+    /// The slower wheel's setpoint \[m/s\].
+    speed_mps: f64,
+    /// How far the wheels were from their setpoints at last \[um\].
+    error_um: WheelPair<i32>,
 }
 
 /// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
@@ -51,8 +59,17 @@ const END_MS: f64 = 290.0;
 const SILENCE_MS: f64 = 200.0;
 /// What the host's view of an instant may be off by: a frame of telemetry, and ten ticks of planning \[ms\].
 const VIEW_MS: f64 = 25.0;
+/// Ten counts of the paper's encoder \[m\].
+const FEW_COUNTS_M: f64 = 0.0025;
+/// A wheel that loses its current at this speed stands after a millimetre or two \[m/s\].
+const SLOW_MPS: f64 = 0.06;
+/// What the firmware takes for arrived after all, if no fault is to be raised \[um\].
+const ARRIVED_UM: u32 = 2000;
 /// The firmware's tasks look at their inputs from then on \[us\].
 const STARTED_US: u64 = 40_000;
+
+/// The firmware has read why it started by then \[us\].
+const POWER_ON_US: u64 = 1_000;
 
 /// The host says hello then \[us\].
 pub const HELLO_US: u64 = 5_000;
@@ -84,14 +101,51 @@ impl FaultInstant {
             commanded_us: timeline.commanded_us.unwrap_or(u64::MAX),
             moves_later: moves_later || case.phase == Phase::Standing,
             stopping,
+            advanced_m: motion.advanced_m(at_us),
             shown_ms: motion.shown_us(at_us).map(|us| (us - at_us as f64) / 1000.0),
             end_ms: (end_us - at_us as f64) / 1000.0,
+            brakes_ms: (motion.brakes_us() - at_us as f64) / 1000.0,
+            speed_mps: motion.speed_mps(at_us as f64),
+            error_um: timeline.error_um,
         }
     }
 
     /// Whether the robot had answered no hello yet, and the host armed it later: what restarts it now, the host never knows of.
     pub fn is_before_the_host(&self) -> bool {
         self.at_us < self.opened_us && self.armed_us != u64::MAX
+    }
+
+    /// Whether so little of a motion is over that an encoder has hardly counted: what the count would have done, nothing
+    /// tells.
+    pub fn has_hardly_moved(&self) -> bool {
+        self.situation == Situation::Moving && self.advanced_m < FEW_COUNTS_M
+    }
+
+    /// Whether the setpoint brakes within this time, or brakes already. Then when the motion is over and has settled \[ms\].
+    pub fn brakes_within(&self, ms: f64) -> Option<f64> {
+        (self.situation == Situation::Moving && self.brakes_ms < ms).then_some(self.end_ms)
+    }
+
+    /// Whether a wheel without current stands after a few counts.
+    pub fn is_slow(&self) -> bool {
+        self.situation == Situation::Moving && self.speed_mps < SLOW_MPS
+    }
+
+    /// Whether the wheel ended so near its setpoint that nothing was missing.
+    pub fn arrived(&self, wheel: Wheel) -> bool {
+        self.situation == Situation::Moving && self.error_um.get(wheel).unsigned_abs() < ARRIVED_UM
+    }
+
+    /// Whether the motors were off and the core could stand as long as it liked.
+    pub fn motors_are_off(&self) -> bool {
+        let armed_ms = (self.at_us as f64 - self.armed_us as f64) / 1000.0;
+        self.situation == Situation::Over
+            || self.situation == Situation::Before && armed_ms < -VIEW_MS
+    }
+
+    /// Whether the program has hardly begun to run.
+    pub fn is_at_power_on(&self) -> bool {
+        self.at_us < POWER_ON_US
     }
 
     /// For what shows when a wheel has to move: `bound` makes a bound of a time, and of whether the wheel moves.
@@ -200,6 +254,8 @@ struct Progress {
 
 /// Deceleration of a controlled stop \[m/s^2\].
 const STOP_MPS2: f64 = 0.5;
+/// Steps in which the setpoint is followed \[us\].
+const STEP_US: f64 = 1000.0;
 
 impl Progress {
     fn new(case: &Case, begin_us: u64, stop_us: Option<u64>) -> Self {
@@ -221,6 +277,10 @@ impl Progress {
         }
     }
 
+    fn brakes_us(&self) -> f64 {
+        self.stop_us.unwrap_or(self.begin_us + (self.ramp_s + CRUISE_S) * 1e6)
+    }
+
     fn speed_mps(&self, at_us: f64) -> f64 {
         let s = (at_us - self.begin_us) * 1e-6;
         let left_s = (self.end_us() - at_us) * 1e-6;
@@ -229,9 +289,15 @@ impl Progress {
         self.share * self.cruise_mps * ramp
     }
 
+    /// How far the setpoint has advanced.
+    fn advanced_m(&self, at_us: u64) -> f64 {
+        let steps = ((at_us as f64 - self.begin_us) / STEP_US).max(0.0) as u32;
+        let speeds = (0..steps).map(|n| self.speed_mps(self.begin_us + f64::from(n) * STEP_US));
+        speeds.sum::<f64>() * STEP_US * 1e-6
+    }
+
     /// When the setpoint will have advanced by [`SHOWN_M`].
     fn shown_us(&self, at_us: u64) -> Option<f64> {
-        const STEP_US: f64 = 1000.0;
         let (mut t_us, mut advanced_m) = (at_us as f64, 0.0);
         while t_us < self.end_us() {
             advanced_m += self.speed_mps(t_us) * STEP_US * 1e-6;

@@ -161,6 +161,20 @@ impl FaultKind {
         }
     }
 
+    /// Whether nothing shows it but a motor that is driven.
+    pub fn shows_in_motion_only(self) -> bool {
+        self.wheel().is_some()
+            || matches!(
+                self,
+                FaultKind::EncodersExchanged
+                    | FaultKind::MotorsExchanged
+                    | FaultKind::LinkCut
+                    | FaultKind::LinkToRobotCut
+                    | FaultKind::HostDies
+                    | FaultKind::HostHangs
+            )
+    }
+
     /// Whether it changes what runs on the chip, so that something else may be seen later than by itself.
     pub fn is_of_the_program(self) -> bool {
         matches!(self, FaultKind::TaskStops(_) | FaultKind::CoreStands(_) | FaultKind::Program(..))

@@ -1,10 +1,11 @@
 //! Compares what was seen with what is promised.
 
-use shared_proto::{Fault, MotionEnd};
+use shared_proto::{Fault, MotionEnd, Wheel};
 
 use super::bound::{MotorsOff, Name};
 use super::draw::Case;
 use super::fault_instant::{FaultInstant, Situation};
+use super::fault_kind::FaultKind;
 use super::observed::{Happened, Observed};
 use super::promise::Promise;
 
@@ -58,7 +59,13 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         .iter()
         .map(|happened| {
             let instant = FaultInstant::new(case, &observed.timeline, happened.at_us);
-            (Promise::of(happened.kind, case, &instant), driven_after(happened, observed))
+            let mut promise = Promise::of(happened.kind, case, &instant);
+            let driven = driven_after(happened, observed);
+            // As when something else had cut the line before: what shows in a motion alone could not show.
+            if !driven.at_all && happened.kind.shows_in_motion_only() {
+                promise.names.push(Name::Harmless);
+            }
+            (promise, driven)
         })
         .collect();
     // While the program itself is disturbed, it sees everything else later.
@@ -89,7 +96,11 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         }
     }
     let names = names(observed);
-    let allowed = allowed(&promises);
+    let mut allowed = allowed(&promises);
+    if let [first, second] = observed.happened[..] {
+        allowed.extend(both(first.kind, second.kind));
+        allowed.extend(both(second.kind, first.kind));
+    }
     for name in &names {
         if !allowed.contains(name) {
             let allowed: Vec<String> = allowed.iter().map(Name::to_string).collect();
@@ -137,6 +148,24 @@ fn names(observed: &Observed) -> Vec<Name> {
         names.push(Name::Harmless);
     }
     names
+}
+
+/// What only two things at once are called.
+fn both(one: FaultKind, other: FaultKind) -> Vec<Name> {
+    match (one, other) {
+        // Whatever the one wheel's motor turns, its count does not show it.
+        (
+            FaultKind::EncodersExchanged | FaultKind::MotorsExchanged,
+            FaultKind::EncoderLine(wheel, _) | FaultKind::EncoderUnplugged(wheel),
+        ) => vec![Name::Fault(Fault::EncoderDead(wheel.other()))],
+        // The hardware stops the motors; the task that would say so does not run.
+        (FaultKind::TaskStops("stop_line"), FaultKind::StopLine | FaultKind::StopLineBounce(_)) => {
+            let faults = [Fault::EncoderDead, Fault::Stall, Fault::FollowingError];
+            let of_both = |fault: fn(Wheel) -> Fault| Wheel::BOTH.map(fault).map(Name::Fault);
+            faults.into_iter().flat_map(of_both).chain([Name::Harmless]).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 /// The names of all that happened. It is harmless only if all of it is.

@@ -75,6 +75,11 @@ impl Promise {
                 let names = vec![Name::Fault(Fault::EncoderDead(w)), Name::Fault(Fault::Stall(w))];
                 instant.of_wheel(PROTECTION_MS, blind, names)
             }
+            // After a few counts only, too: how fast the wheel turned has hardly shown.
+            K::EncoderUnplugged(w) if instant.has_hardly_moved() => {
+                let names = vec![Name::Fault(Fault::EncoderDead(w)), Name::Fault(Fault::Stall(w))];
+                instant.of_wheel(PROTECTION_MS, blind, names)
+            }
             K::EncoderUnplugged(w) | K::EncoderLine(w, _) => {
                 instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
             }
@@ -111,7 +116,10 @@ impl Promise {
             K::TaskStops(_) => (MotorsOff::Within(TASK_STOPS_MS), restart(ResetCause::Watchdog)),
             K::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => {
                 // The task that makes the core stand runs within 5 ms, and a tick has to end.
-                let bound = MotorsOff::Within(f64::from(ms) + 5.0 + 2.0);
+                let bound = match instant.motors_are_off() {
+                    true => MotorsOff::NotNeeded,
+                    false => MotorsOff::Within(f64::from(ms) + 5.0 + 2.0),
+                };
                 (bound, instant.if_motors_are_on(Fault::DeadlineMissed))
             }
             K::CoreStands(_) => {
@@ -123,9 +131,11 @@ impl Promise {
                 (MotorsOff::NotNeeded, restart(ResetCause::Panic))
             }
             K::ClockFails => (MotorsOff::Within(HARDWARE_MS), restart(ResetCause::Panic)),
-            // The emulator resets the chip by its pin.
+            // The emulator resets the chip by its pin. In the first millisecond the flag of power-on is not cleared yet.
             K::PowerCut | K::ResetPin if instant.is_before_the_host() => {
-                (MotorsOff::NotNeeded, restart(ResetCause::Pin))
+                let causes = [ResetCause::Pin, ResetCause::PowerOn];
+                let told = if instant.is_at_power_on() { 2 } else { 1 };
+                (MotorsOff::NotNeeded, causes[..told].iter().copied().map(Name::Restart).collect())
             }
             K::PowerCut | K::ResetPin => (MotorsOff::Within(HARDWARE_MS), restart(ResetCause::Pin)),
         }
@@ -154,7 +164,19 @@ fn pushed(ms: f64, moving: bool) -> MotorsOff {
 fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
     let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
     let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
-    instant.of_wheel(ms, pushed, stalls(wheel, slow, instant))
+    let (bound, mut names) = instant.of_wheel(ms, pushed, stalls(wheel, slow, instant));
+    // While the setpoint brakes, the wheel rolls out along with it. What it is off shows when it stands.
+    let Some(end_ms) = instant.brakes_within(ms) else { return (bound, names) };
+    if instant.arrived(wheel) {
+        names.push(Name::Harmless);
+    }
+    if instant.is_slow() {
+        names.push(Name::Fault(Fault::EncoderDead(wheel)));
+    }
+    match bound {
+        MotorsOff::Within(ms) => (MotorsOff::Within(ms.max(end_ms)), names),
+        _ => (bound, names),
+    }
 }
 
 /// A wheel that its motor no longer turns.

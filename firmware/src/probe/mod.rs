@@ -25,7 +25,9 @@
 //! counts of the other wheel exchanged encoders (or motors: electrically that is the same).
 //!
 //! A count that twice changes in one tick by more than the wheel can turn is interference (`CountRate`), whatever
-//! else it does.
+//! else it does. Such a change tells nothing else.
+//!
+//! Wheels that still roll, as from a drive that was cut short, are waited for.
 //!
 //! What the check cannot see: a wheel whose motor and encoder are both reversed, and left and right
 //! exchanged together with their motors. Each wheel then follows its own count, so nothing runs away, but
@@ -116,8 +118,13 @@ enum Stage {
 }
 
 impl Probe {
-    /// A probe that begins with the wheels at rest at `counts`.
-    pub fn new(config: &Config, counts: WheelPair<i64>, directions: WheelPair<Direction>) -> Self {
+    /// A probe that begins with the wheels at `counts`, and waits for them to come to rest if one is `rolling`.
+    pub fn new(
+        config: &Config,
+        counts: WheelPair<i64>,
+        directions: WheelPair<Direction>,
+        rolling: bool,
+    ) -> Self {
         let q = Odometry::new(config).meters_per_count();
         let limits = |wheel, q| PushLimits::new(config, wheel, directions.get(wheel).sign(), q);
         let limits =
@@ -125,8 +132,8 @@ impl Probe {
         let stage = Stage::Before {
             wheel: Wheel::Left,
             last: counts,
-            quiet_ticks: QUIET_TICKS,
-            ticks_left: 0,
+            quiet_ticks: if rolling { 0 } else { QUIET_TICKS },
+            ticks_left: ROLL_OUT_TICKS_MAX,
         };
         let rates = counts.zip(limits).map(|(count, limits)| RateWatch::new(limits, count));
         Self { limits, directions, stage, rates }
@@ -134,10 +141,11 @@ impl Probe {
 
     /// One tick, with the counts as they are now.
     pub fn step(&mut self, counts: WheelPair<i64>) -> ProbeOutcome {
-        for wheel in Wheel::BOTH {
-            if self.rates.get_mut(wheel).is_too_fast(*counts.get(wheel)) {
-                return ProbeOutcome::Failed(Fault::CountRate(wheel));
-            }
+        let jumps = self.rates.as_mut().zip(counts).map(|(rate, count)| rate.jump(count));
+        if jumps.any(|jump| jump != 0)
+            && let Some(fault) = self.jumped(jumps)
+        {
+            return ProbeOutcome::Failed(fault);
         }
         loop {
             match &mut self.stage {
@@ -166,6 +174,22 @@ impl Probe {
                 }
             }
         }
+    }
+
+    /// Counts jumped. Interference, unless it was once.
+    #[cold]
+    fn jumped(&mut self, jumps: WheelPair<i64>) -> Option<Fault> {
+        match &mut self.stage {
+            Stage::Before { last, .. } => {
+                *last = last.zip(jumps).map(|(count, jump)| count.wrapping_add(jump));
+            }
+            Stage::Pushing { wheel, probe } => {
+                probe.shift(*jumps.get(*wheel), *jumps.get(wheel.other()));
+            }
+            Stage::Done => {}
+        }
+        let fast = Wheel::BOTH.into_iter().find(|wheel| self.rates.get(*wheel).is_too_fast());
+        fast.map(Fault::CountRate)
     }
 
     /// Pushes a wheel, unless it is to stand still.

@@ -57,7 +57,7 @@ fn probe(
     wirings: WheelPair<Wiring>,
 ) -> (ProbeOutcome, u32, f64) {
     let mut bench = wirings.map(|wiring| Bench { wiring, travel_m: 0.0, looks: 0 });
-    let mut probe = Probe::new(config, WheelPair::both(0), directions);
+    let mut probe = Probe::new(config, WheelPair::both(0), directions, false);
     for tick in 0.. {
         let counts = WheelPair::new(bench.left.counts(), bench.right.counts());
         let outcome = probe.step(counts);
@@ -151,19 +151,45 @@ fn interference_on_the_wheel_that_is_not_pushed_is_not_taken_for_exchanged_encod
 #[test]
 fn one_loose_edge_is_not_taken_for_a_movement() {
     let left = WheelPair::new(Direction::Forward, Direction::Still);
-    let mut probe = Probe::new(&Config::default(), WheelPair::both(0), left);
-    // One jump of many counts: a single change.
-    for _ in 0..50 {
-        assert!(matches!(probe.step(WheelPair::both(40)), ProbeOutcome::Running(_)));
+    let mut probe = Probe::new(&Config::default(), WheelPair::both(0), left, false);
+    // One jump of many counts: a single change, and none that a wheel made.
+    for counts in [[40; 50], [41; 50], [42; 50]].concat() {
+        assert!(matches!(probe.step(WheelPair::both(counts)), ProbeOutcome::Running(_)));
     }
-    assert_eq!(probe.step(WheelPair::both(41)), ProbeOutcome::Done);
+    assert_eq!(probe.step(WheelPair::both(43)), ProbeOutcome::Done);
+}
+
+#[test]
+fn interference_that_begins_between_two_ticks_is_not_taken_for_a_reversed_encoder() {
+    for first in [0, -3, -10] {
+        let mut probe = Probe::new(&Config::default(), WheelPair::both(0), AHEAD, false);
+        let counts = (1..).map(|tick| WheelPair::new(first - 20 * tick, 0));
+        let outcome = [WheelPair::both(0), WheelPair::new(first, 0)]
+            .into_iter()
+            .chain(counts)
+            .map(|counts| probe.step(counts))
+            .find(|outcome| !matches!(outcome, ProbeOutcome::Running(_)));
+        assert_eq!(outcome, Some(ProbeOutcome::Failed(Fault::CountRate(Wheel::Left))), "{first}");
+    }
+}
+
+#[test]
+fn wheels_that_roll_back_are_waited_for_and_not_called_reversed() {
+    let counts_of = |tick: i64| -(tick.min(120) / 5);
+    for rolling in [false, true] {
+        let mut probe = Probe::new(&Config::default(), WheelPair::both(0), AHEAD, rolling);
+        let outcome = (0..150)
+            .map(|tick| probe.step(WheelPair::both(counts_of(tick))))
+            .find(|outcome| matches!(outcome, ProbeOutcome::Failed(_)));
+        assert_eq!(outcome.is_none(), rolling, "{outcome:?}");
+    }
 }
 
 /// A push of the left motor moves the right count: the check of two wheels whose encoders are exchanged.
 fn exchanged(interference: i64) -> (ProbeOutcome, f64) {
     let mut bench =
         WheelPair::both(()).map(|()| Bench { wiring: Wiring::Sound, travel_m: 0.0, looks: 0 });
-    let mut probe = Probe::new(&Config::default(), WheelPair::both(0), AHEAD);
+    let mut probe = Probe::new(&Config::default(), WheelPair::both(0), AHEAD, false);
     for tick in 0.. {
         let counts =
             WheelPair::new(bench.right.counts(), bench.left.counts() + tick * interference);

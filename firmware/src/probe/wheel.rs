@@ -119,10 +119,18 @@ impl RateWatch {
         Self { max: limits.counts_per_tick_max, last: count, too_fast: 0 }
     }
 
-    /// Looks at the count of one tick.
-    pub fn is_too_fast(&mut self, count: i64) -> bool {
+    /// Looks at the count of one tick. How far it jumped, if no wheel turns so fast; 0 otherwise.
+    pub fn jump(&mut self, count: i64) -> i64 {
         let moved = count.wrapping_sub(core::mem::replace(&mut self.last, count));
-        self.too_fast += u32::from(moved.unsigned_abs() > self.max);
+        if moved.unsigned_abs() <= self.max {
+            return 0;
+        }
+        self.too_fast += 1;
+        moved
+    }
+
+    /// Whether the count jumped so often that it is interference.
+    pub fn is_too_fast(&self) -> bool {
         self.too_fast >= CHANGES_MIN
     }
 }
@@ -154,6 +162,13 @@ impl Watched {
 }
 
 impl Watched {
+    /// The count jumped: what it is watched for began as much farther on.
+    fn shift(&mut self, jump: i64) {
+        for place in [&mut self.start, &mut self.last, &mut self.range.0, &mut self.range.1] {
+            *place = place.wrapping_add(jump);
+        }
+    }
+
     /// Whether the count comes from an encoder with two lines: it does not stand, nor mostly go up and down.
     fn is_live(&self) -> bool {
         let (lowest, highest) = self.range;
@@ -207,6 +222,13 @@ impl WheelProbe {
             held_ticks: 0,
             rolling: None,
         }
+    }
+
+    /// The counts jumped, the wheel's own and the other wheel's: no wheel rolled so far.
+    #[cold]
+    pub fn shift(&mut self, own: i64, other: i64) {
+        self.own.shift(own);
+        self.other.shift(other);
     }
 
     /// One tick, with the wheel's own count and the other wheel's.

@@ -29,8 +29,8 @@ const LAST_TICKS: u32 = 4;
 const LATELY: usize = 4;
 /// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
 const ONE_LINE: u32 = 2;
-/// So often in a stall time a count goes back only if a line floats or is cut.
-const FLAPS: u32 = 6;
+/// So often in a stall time a count turns round only if a line floats or is cut: a wheel has mass.
+const FLAPS: u32 = 8;
 
 /// The state of one wheel's monitor.
 #[derive(Clone, Copy, Debug)]
@@ -42,8 +42,10 @@ pub struct WheelMonitor {
     counts: (u32, u32),
     /// How often it has gone back; halved by each change that led to a new count.
     goings_back: u32,
-    /// How often it has gone back in about the last stall time.
+    /// How often it has turned round in about the last stall time.
     flaps: u32,
+    /// It rose when it changed last.
+    rose: bool,
     /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
     changes: [Change; CHANGES_LEN],
     changed: usize,
@@ -66,6 +68,7 @@ impl WheelMonitor {
             counts: (0, 0),
             goings_back: 0,
             flaps: 0,
+            rose: false,
             changes: [CHANGE; CHANGES_LEN],
             changed: 0,
             run: None,
@@ -108,13 +111,15 @@ impl WheelMonitor {
             if moved.unsigned_abs() > limits.counts_per_tick_max {
                 return Some(Fault::CountRate);
             }
-            let goes_back = view.counts == self.counts.1 && moved.unsigned_abs() == 1;
+            let rises = moved > 0;
+            let turns = rises != self.rose && self.turn();
+            let goes_back = turns && view.counts == self.counts.1 && moved.unsigned_abs() == 1;
             self.counts = (view.counts, self.counts.0);
             if goes_back {
-                (self.goings_back, self.flaps) = (self.goings_back + 1, self.flaps + 1);
+                self.goings_back += 1;
             } else {
                 self.goings_back >>= 1;
-                self.record(&view, moved > 0);
+                self.record(&view, rises);
             }
         }
         if !due && self.run.is_none() {
@@ -175,7 +180,8 @@ impl WheelMonitor {
         if self.oscillates_off_setpoint(limits, positions) {
             Some(Fault::EncoderDead)
         } else if goes_on && self.runs_against_motor(limits, view, supply_scale) {
-            Some(Fault::EncoderReversed)
+            // By chance a line that floats counts the wrong way for a while.
+            Some(if self.flaps >= FLAPS / 2 { Fault::EncoderDead } else { Fault::EncoderReversed })
         } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
         } else if self.is_stuck_at_rest(limits, view) {
@@ -185,6 +191,15 @@ impl WheelMonitor {
         } else {
             None
         }
+    }
+
+    /// The count changes the other way than before; always true.
+    #[cold]
+    #[inline(never)]
+    fn turn(&mut self) -> bool {
+        self.flaps += 1;
+        self.rose = !self.rose;
+        true
     }
 
     fn record(&mut self, view: &WheelSample<'_>, forward: bool) {
@@ -200,8 +215,10 @@ impl WheelMonitor {
         } else if self.run.is_none() {
             self.run = Some(Run::new(self.last.positions, self.tick));
         }
-        self.last = Change { tick: self.tick, counts: view.counts, positions };
-        self.changes[self.changed % CHANGES_LEN] = self.last;
+        // Twice from registers, not from one place to the other.
+        let change = Change { tick: self.tick, counts: view.counts, positions };
+        self.changes[self.changed % CHANGES_LEN] = change;
+        self.last = change;
         self.changed = self.changed.wrapping_add(1);
     }
 
@@ -253,11 +270,12 @@ impl WheelMonitor {
 
     /// The count stands still although a high duty pushes the wheel towards a setpoint at rest.
     fn is_stuck_at_rest(&self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
-        let positions = view.positions();
+        let error = view.positions().error().unsigned_abs();
+        let stall_times = if error >= limits.standing_advance as u32 { 2 } else { 10 };
         view.rests()
-            && self.standing_ticks() >= 10 * limits.stall_ticks
+            && self.standing_ticks() >= stall_times * limits.stall_ticks
             && view.duty().0.to_bits().unsigned_abs() >= limits.resting_duty
-            && positions.error().unsigned_abs() >= limits.resting_error as u32
+            && error >= limits.resting_error as u32
     }
 
     #[inline(always)]
@@ -290,7 +308,7 @@ impl WheelMonitor {
     #[cold]
     fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
         let last = self.last;
-        if self.changed == 1 || self.goings_back.max(self.flaps) >= ONE_LINE {
+        if self.changed == 1 || self.goings_back >= ONE_LINE || self.flaps >= FLAPS / 2 {
             return Fault::EncoderDead;
         }
         // A count that still changes now and then comes from a live encoder.

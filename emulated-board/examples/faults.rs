@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use emulated_board::random_faults::{Case, Name, Verdict, run};
 
@@ -70,35 +70,59 @@ fn complain(why: &str) -> ExitCode {
 
 type Outcome = (Case, Result<Verdict, String>);
 
-/// Runs the cases on several threads; in order.
+/// A case takes seconds. One that has not ended after this long never will.
+const ENDS_WITHIN: Duration = Duration::from_secs(300);
+
+/// The cases that are done, by number, and those that run, since when.
+#[derive(Default)]
+struct Progress {
+    done: BTreeMap<u64, Outcome>,
+    running: BTreeMap<u64, Instant>,
+}
+
+/// Runs the cases on several threads; in order. A case that does not end is given up, and is wrong.
 fn run_all(image: &Path, seed: u64, indices: std::ops::Range<u64>, threads: usize) -> Vec<Outcome> {
-    let (next, done) = (AtomicU64::new(indices.start), Mutex::new(BTreeMap::new()));
-    let begin = Instant::now();
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    if index >= indices.end {
-                        return;
-                    }
-                    let case = Case::draw(seed, index);
-                    let verdict = run(image, &case);
-                    if !is_good(&verdict) {
-                        // Also of a bench that is ended early.
-                        eprintln!("\nwrong: {}", case.command());
-                    }
-                    let mut done = done.lock().expect("no thread panics");
-                    done.insert(index, (case, verdict));
-                    progress(&done, indices.end - indices.start, begin);
+    let (next, begin) = (Arc::new(AtomicU64::new(indices.start)), Instant::now());
+    let (all, len) = (Arc::new(Mutex::new(Progress::default())), indices.end - indices.start);
+    for _ in 0..threads {
+        let (image, next, all) = (image.to_owned(), Arc::clone(&next), Arc::clone(&all));
+        std::thread::spawn(move || {
+            loop {
+                let index = next.fetch_add(1, Ordering::Relaxed);
+                if index >= indices.end {
+                    return;
                 }
-            });
-        }
-    });
-    if std::io::stderr().is_terminal() {
-        eprintln!();
+                all.lock().expect("no thread panics").running.insert(index, Instant::now());
+                let case = Case::draw(seed, index);
+                let verdict = run(&image, &case);
+                if !is_good(&verdict) {
+                    // Also of a bench that is ended early.
+                    eprintln!("\nwrong: {}", case.command());
+                }
+                let mut all = all.lock().expect("no thread panics");
+                all.running.remove(&index);
+                all.done.insert(index, (case, verdict));
+                progress(&all.done, len, begin);
+            }
+        });
     }
-    done.into_inner().expect("no thread panics").into_values().collect()
+    loop {
+        std::thread::sleep(Duration::from_millis(20));
+        let mut all = all.lock().expect("no thread panics");
+        let hang = all.running.values().filter(|begun| begun.elapsed() > ENDS_WITHIN).count();
+        let left = len - all.done.len() as u64;
+        // What hangs keeps its thread.
+        if left == 0 || left == hang as u64 || hang == threads {
+            if std::io::stderr().is_terminal() {
+                eprintln!();
+            }
+            for index in std::mem::take(&mut all.running).into_keys() {
+                let error = format!("it did not end within {} s", ENDS_WITHIN.as_secs());
+                all.done.insert(index, (Case::draw(seed, index), Err(error)));
+            }
+            return std::mem::take(&mut all.done).into_values().collect();
+        }
+    }
 }
 
 /// Shows how many cases are done, and how many of them are wrong.

@@ -67,6 +67,7 @@ pub mod ui;
 pub mod undo;
 pub mod watch;
 pub mod wheel_angles;
+pub mod wiring;
 
 /// What is found, in sentences and as JSON, and numbers with units: `findings` is for other programs as well.
 pub use findings::{json, quantity, words};

@@ -43,4 +43,5 @@ mod tape;
 mod temp_folder;
 mod tune;
 mod walkthrough;
+mod wiring;
 mod wrong_campaign;

@@ -134,6 +134,9 @@ pub enum Command {
     /// Drive a motion: straight, spin, arc, or a velocity for a time.
     #[command(subcommand)]
     Drive(DriveArgs),
+    /// Turn one wheel after the other and ask which one turned: finds a front that is the back, and mends it.
+    #[command(after_help = "Example:\n  beeline wiring --port /dev/ttyACM0")]
+    Wiring,
     /// Brake along a ramp and switch the motors off; --now cuts them at once and latches a fault.
     Stop {
         /// Zero duty at once, as the emergency stop does.

@@ -28,6 +28,7 @@ mod undo;
 mod velocity;
 mod watch;
 mod wheel_weight;
+mod wiring;
 
 use clap::{CommandFactory, Parser};
 
@@ -55,6 +56,7 @@ pub fn run(cli: &Cli) -> Result<()> {
         Command::Drive(DriveArgs::Velocity { forward, turn, duration, acceleration }) => {
             velocity::run(common, *forward, *turn, *duration, *acceleration)
         }
+        Command::Wiring => wiring::run(common),
         Command::Stop { now } => drive::stop(common, *now),
         Command::Clear => drive::clear(common),
         Command::Watch(args) => watch::run(common, args),
@@ -88,6 +90,7 @@ fn ends_in_good_order(command: &Command) -> bool {
     match command {
         Command::Campaign(args) => !matches!(args, CampaignCommand::Plan(_)),
         Command::Drive(_)
+        | Command::Wiring
         | Command::Watch(_)
         | Command::Record(_)
         | Command::Calibrate(_)

@@ -5,7 +5,9 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use fixed::types::{I8F24, I32F32};
-use shared_proto::{Pose, Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry};
+use shared_proto::{
+    Pose, PoseDeviation, Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry,
+};
 
 use crate::capture::Measured;
 use crate::pid::PidState;
@@ -125,6 +127,7 @@ impl Tick {
         number: u32,
         state: shared_proto::State,
         pose: Pose,
+        deviation: PoseDeviation,
     ) -> Telemetry {
         Telemetry {
             number,
@@ -134,6 +137,7 @@ impl Tick {
             wheels: WheelPair { left: self.wheel(Wheel::Left), right: self.wheel(Wheel::Right) },
             supply_mv: self.supply_mv,
             pose,
+            deviation,
         }
     }
 

@@ -98,10 +98,10 @@ impl DeadReckoning {
         let Some(Geometry { track_width_m, heading_pull_rad_per_m }) = self.geometry else {
             return;
         };
-        let way = travel.zip(self.last).map(|(now, before)| between_m(now, before));
-        if way.left == 0.0 && way.right == 0.0 {
+        if travel == self.last {
             return;
         }
+        let way = travel.zip(self.last).map(|(now, before)| between_m(now, before));
         self.last = travel;
         let ds = 0.5 * (way.left + way.right);
         self.path_m += ds.abs();
@@ -112,8 +112,7 @@ impl DeadReckoning {
             + heading_pull_rad_per_m * self.path_m;
         let u = 0.5 * (heading_rad - self.heading_rad);
         // (2): the next term, u^6 / 5040, is 2e-9 of the chord for a turn of 0.3 rad in a step.
-        let square = u * u;
-        let chord = ds * (1.0 - square / 6.0 * (1.0 - square / 20.0));
+        let chord = ds * series(u * u, &[20, 6]);
         let (sin, cos) = sin_cos(self.heading_rad + u);
         self.x_m += chord * cos;
         self.y_m += chord * sin;
@@ -136,7 +135,7 @@ fn between_m(now: Travel, before: Travel) -> f64 {
 ///
 /// A small one of our own: the library's takes 4 KiB.
 #[inline(never)]
-fn sin_cos(angle: f64) -> (f64, f64) {
+pub(crate) fn sin_cos(angle: f64) -> (f64, f64) {
     use core::f64::consts::FRAC_2_PI;
     // pi / 2 in two parts, of which the first has 33 bits: its multiples are exact.
     const HALF_PI_HIGH: f64 = 1.570_796_326_734_125_6;
@@ -146,20 +145,20 @@ fn sin_cos(angle: f64) -> (f64, f64) {
     let r = (angle - n * HALF_PI_HIGH) - n * HALF_PI_LOW;
     let q = r * r;
     // Taylor's series; within pi / 4 the first terms that are left out are 1e-11 and 4e-13.
-    let sin = r
-        * (1.0
-            - q / 6.0 * (1.0 - q / 20.0 * (1.0 - q / 42.0 * (1.0 - q / 72.0 * (1.0 - q / 110.0)))));
-    let cos = 1.0
-        - q / 2.0
-            * (1.0
-                - q / 12.0
-                    * (1.0 - q / 30.0 * (1.0 - q / 56.0 * (1.0 - q / 90.0 * (1.0 - q / 132.0)))));
+    let sin = r * series(q, &[110, 72, 42, 20, 6]);
+    let cos = series(q, &[132, 90, 56, 30, 12, 2]);
     match quarter & 3 {
         0 => (sin, cos),
         1 => (cos, -sin),
         2 => (-sin, -cos),
         _ => (-cos, sin),
     }
+}
+
+/// 1 - q/d (1 - q/d' (1 - ...)), of which the last divisor is d.
+#[inline(never)]
+fn series(q: f64, divisors: &[u8]) -> f64 {
+    divisors.iter().fold(1.0, |rest, &divisor| 1.0 - q / to_f64(divisor.into()) * rest)
 }
 
 #[cfg(test)]

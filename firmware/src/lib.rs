@@ -11,6 +11,7 @@
 //! | [`hal`] | the hardware interface: what a board, or the simulator, implements |
 //! | `board` | that interface on STM32 boards; only in an image, behind the feature `stm32` |
 //! | [`dead_reckoning`] | where the robot is by its own counts |
+//! | [`pose_covariance`] | how sure that is |
 //! | [`liveness`] | signs of life of the safety tasks |
 //! | [`store`] | configuration, key and count of starts in a flash memory |
 //! | [`odometry`] | counts x Q x W_T: the one place that knows W_T |
@@ -22,6 +23,7 @@ pub mod board;
 pub mod dead_reckoning;
 pub mod hal;
 pub mod liveness;
+pub mod pose_covariance;
 pub mod probe;
 pub mod shared;
 pub mod store;

@@ -18,12 +18,13 @@
 //! 5       as 4, with limits.hold_s
 //! 6       as 5, with driver
 //! 7       as 6, with a feedforward in volts for each wheel and direction in place of one in duty for both
+//! 8       as 7, with odometry
 //! ```
 //!
-//! Layout 7 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`): no
+//! Layout 8 is written. The older ones are still read, with 0 for the numbers that they lack (`decode_older`): no
 //! pull, no scaling by the supply, no upper limit of it, no hold. Their driver has a PWM and a direction line at 20 kHz, as
 //! every image before layout 6 drove it; their feedforward is multiplied by the nominal supply, so that the same duty
-//! results. They become layout 7 at the next save.
+//! results. How sure their odometry is, is that of a robot that nobody has calibrated. They become layout 8 at the next save.
 //!
 //! `sequential-storage` appends each record to the one before, so the old record stays whole until the
 //! new one is complete: a power cut leaves one of the two. A power cut during an erasure leaves a sector
@@ -34,12 +35,12 @@ use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
-use shared_proto::{Config, Crc32, FeedforwardConfig, Key, is_above};
+use shared_proto::{Config, Crc32, FeedforwardConfig, Key, OdometryConfig, is_above};
 
 use crate::hal::{LinkRecord, Store, StoreError};
 
 /// The layout that is written. Raise it when [`Config`] changes; `decode` must still read the older ones.
-pub const LAYOUT: u16 = 7;
+pub const LAYOUT: u16 = 8;
 
 /// The record's key in the map.
 const RECORD: u8 = 1;
@@ -51,7 +52,7 @@ const LINK_MARK: u8 = 0x80;
 const MARK_LEN: usize = 2;
 const COUNT_LEN: usize = size_of::<u64>();
 
-/// Longest record with its key; a configuration takes about 280 bytes, count and key 26.
+/// Longest record with its key; a configuration takes about 300 bytes, count and key 26.
 const RECORD_LEN_MAX: usize = 512;
 
 /// Layout and checksum.
@@ -312,12 +313,23 @@ fn decode(record: &[u8]) -> Result<Config, StoreError> {
 /// Length of a number in a configuration.
 const NUMBER: usize = size_of::<f64>();
 
-/// Decodes a configuration of an older layout: eight zero bytes are inserted for each number that it lacks, the
-/// driver is appended, and the feedforward becomes one in volts for each wheel and direction.
+/// Decodes a configuration of an older layout: each number that it lacks is inserted, the driver is appended, and the
+/// feedforward becomes one in volts for each wheel and direction.
 fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
-    /// Since which layout there is a number, and the numbers and flags before it: the pull, `feedforward.supply_v`,
-    /// `limits.hold_s` and `protection.supply_v_max`.
-    const ADDED: [(u16, usize, usize); 4] = [(3, 3, 0), (4, 14, 4), (5, 20, 4), (4, 25, 4)];
+    const SURE: OdometryConfig = OdometryConfig::UNCALIBRATED;
+    /// Since which layout there is a number, the numbers and flags before it, and its value: the pull,
+    /// `feedforward.supply_v`, `limits.hold_s`, `protection.supply_v_max`, and those of `odometry`.
+    const ADDED: [(u16, usize, usize, f64); 7] = [
+        (3, 3, 0, 0.0),
+        (4, 14, 4, 0.0),
+        (5, 20, 4, 0.0),
+        (4, 25, 4, 0.0),
+        (8, 27, 4, SURE.noise_m_per_sqrt_m),
+        (8, 28, 4, SURE.wheel_weight_sd),
+        (8, 29, 4, SURE.track_width_sd_m),
+    ];
+    /// By so many numbers the feedforward of layout 7 is longer.
+    const WIDER: usize = 5;
     /// The driver's PWM before layout 6 \[Hz\]; behind it two flags, the name and what it does at a fault, all 0.
     const PWM_HZ: f64 = 20_000.0;
     const DRIVER_CHOICES: usize = 4;
@@ -326,13 +338,14 @@ fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
     let mut len = body.len();
     // The name's length, in one byte, and the name.
     let name = 1 + usize::from(*body.first()?);
-    for (_, numbers, flags) in ADDED.into_iter().filter(|(since, ..)| layout < *since) {
-        let at = name + numbers * NUMBER + flags;
+    let wider = if layout < 7 { 0 } else { WIDER };
+    for (_, numbers, flags, value) in ADDED.into_iter().filter(|(since, ..)| layout < *since) {
+        let at = name + (numbers + wider) * NUMBER + flags;
         if at > len || len + NUMBER > whole.len() {
             return None;
         }
         whole.copy_within(at..len, at + NUMBER);
-        whole.get_mut(at..at + NUMBER)?.fill(0);
+        whole.get_mut(at..at + NUMBER)?.copy_from_slice(&f64::to_le_bytes(value));
         len += NUMBER;
     }
     if layout < 6 {
@@ -341,7 +354,9 @@ fn decode_older(body: &[u8], layout: u16) -> Option<Config> {
         driver[..NUMBER].copy_from_slice(&PWM_HZ.to_le_bytes());
         len += NUMBER + DRIVER_CHOICES;
     }
-    widen_feedforward(&mut whole, &mut len, name)?;
+    if layout < 7 {
+        widen_feedforward(&mut whole, &mut len, name)?;
+    }
     Config::from_postcard(&whole[..len])
 }
 

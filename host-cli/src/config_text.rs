@@ -112,15 +112,16 @@ pub fn get<'a>(value: &'a Value, field: &str) -> Result<&'a Value> {
 
 fn no_such_field(root: &Value, field: &str) -> Error {
     let last = field.trim_end_matches('.').rsplit('.').next().unwrap_or(field);
-    let similar: Vec<_> = leaves(root)
-        .into_iter()
-        .map(|(path, _)| path)
-        .filter(|path| {
-            !last.is_empty() && path.contains(last)
-                || path.rsplit('.').next().is_some_and(|name| last.contains(name))
-        })
-        .take(4)
-        .collect();
+    let paths: Vec<_> = leaves(root).into_iter().map(|(path, _)| path).collect();
+    let is_called = |path: &String| path.rsplit('.').next() == Some(last);
+    let is_like = |path: &String| {
+        !last.is_empty() && path.contains(last)
+            || path.rsplit('.').next().is_some_and(|name| last.contains(name))
+    };
+    // `wheel_weight` is one field, and the beginning of another.
+    let is_there = paths.iter().any(is_called);
+    let is_similar = |path: &String| if is_there { is_called(path) } else { is_like(path) };
+    let similar: Vec<_> = paths.into_iter().filter(is_similar).take(4).collect();
     let error = Error::new(format_args!("the configuration has no field `{field}`"));
     if similar.is_empty() {
         error.hint("`beeline config get` lists them")

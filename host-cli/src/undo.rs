@@ -1,13 +1,13 @@
 //! What a robot's geometry was before its last change, kept on the host.
 //!
 //! A calibration changes W_T alone, `apply` and UMBmark the whole geometry; each remembers what it
-//! changed, and only that is put back.
+//! changed and how sure that was, and only that is put back.
 
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity};
+use shared_proto::{Config, ConfigOrigin, GeometryConfig, Identity, OdometryConfig};
 
 use crate::error::{Context, Error, Result};
 use crate::hex::hex;
@@ -26,6 +26,9 @@ pub trait Restorable: Copy + PartialEq + Serialize + DeserializeOwned {
 
     /// Puts this part into a configuration.
     fn put_into(self, config: &mut Config);
+
+    /// Puts into a configuration how sure this part was, if the odometry depends on it.
+    fn put_deviations(_before: &OdometryConfig, _config: &mut Config) {}
 
     /// The error if the robot was changed since: an undo would undo that other change.
     fn changed_since(now: Self, undo: &Undo<Self>) -> Error;
@@ -49,6 +52,10 @@ impl Restorable for WheelWeight {
 
     fn put_into(self, config: &mut Config) {
         config.geometry.wheel_weight = self.0;
+    }
+
+    fn put_deviations(before: &OdometryConfig, config: &mut Config) {
+        config.odometry.wheel_weight_sd = before.wheel_weight_sd;
     }
 
     fn changed_since(now: Self, undo: &Undo<Self>) -> Error {
@@ -78,6 +85,11 @@ impl Restorable for GeometryConfig {
         config.geometry = self;
     }
 
+    fn put_deviations(before: &OdometryConfig, config: &mut Config) {
+        let noise_m_per_sqrt_m = config.odometry.noise_m_per_sqrt_m;
+        config.odometry = OdometryConfig { noise_m_per_sqrt_m, ..*before };
+    }
+
     fn changed_since(_now: Self, _undo: &Undo<Self>) -> Error {
         Error::new("the robot's geometry was changed after `beeline apply`")
             .hint("set the values that you want, for example with `beeline config set geometry.wheel_weight ...`")
@@ -94,6 +106,9 @@ pub struct Undo<T> {
     pub before: T,
     /// The values after it.
     pub after: T,
+    /// How sure the odometry was before it; none if it does not depend on the values, and in a file of an older version.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub odometry: Option<OdometryConfig>,
 }
 
 /// The folder that remembers calibrations: `$XDG_STATE_HOME/beeline`, or `~/.local/state/beeline`.
@@ -166,15 +181,19 @@ impl<T: Restorable> Undo<T> {
             // The save below must not save other changes.
             session.restore_config(ConfigOrigin::Saved).await?;
         }
-        let mut config = session.read_config().await?;
+        let config = session.read_config().await?;
         let now = T::of(&config);
+        let mut old = config.clone();
+        self.before.put_into(&mut old);
+        if let Some(odometry) = &self.odometry {
+            T::put_deviations(odometry, &mut old);
+        }
         // An undo that was interrupted may have put it back already.
-        if now != self.before {
-            if now != self.after {
+        if old != config {
+            if now != self.before && now != self.after {
                 return Err(T::changed_since(now, self));
             }
-            self.before.put_into(&mut config);
-            session.write_config(&config).await?;
+            session.write_config(&old).await?;
             session.save_config().await?;
         }
         let file = file::<T>(folder, identity);
@@ -216,8 +235,13 @@ impl Remembered {
 mod tests {
     use super::*;
 
-    const UNDO: Undo<WheelWeight> =
-        Undo { robot: String::new(), before: WheelWeight(1.0), after: WheelWeight(0.99) };
+    /// As a version wrote it that knew nothing of how sure the odometry is.
+    const UNDO: Undo<WheelWeight> = Undo {
+        robot: String::new(),
+        before: WheelWeight(1.0),
+        after: WheelWeight(0.99),
+        odometry: None,
+    };
 
     fn identity() -> Identity {
         Identity {
@@ -245,7 +269,8 @@ mod tests {
         let (state, identity) = (folder.path(), identity());
         let [before, mut after] = [Config::default().geometry; 2];
         after.track_width_m = 0.38;
-        let geometry = Undo { robot: "a \"b\"".into(), before, after };
+        let odometry = Some(OdometryConfig { wheel_weight_sd: 0.001, ..OdometryConfig::default() });
+        let geometry = Undo { robot: "a \"b\"".into(), before, after, odometry };
         geometry.remember(state, &identity).unwrap();
         UNDO.remember(state, &identity).unwrap();
         assert_eq!(Undo::<GeometryConfig>::recall(state, &identity).unwrap(), geometry);
@@ -254,6 +279,23 @@ mod tests {
         let text = std::fs::read_to_string(state.join(format!("undo-{uid}.toml"))).unwrap();
         assert_eq!(text, "robot = \"\"\nbefore = 1.0\nafter = 0.99\n");
         assert!(state.join(format!("undo-apply-{uid}.toml")).exists());
+    }
+
+    #[test]
+    fn only_the_deviations_of_what_was_changed_are_put_back() {
+        let odometry = OdometryConfig {
+            noise_m_per_sqrt_m: 0.001,
+            wheel_weight_sd: 0.000_3,
+            track_width_sd_m: 0.000_9,
+        };
+        let mut config = Config { odometry, ..Config::default() };
+        let (before, mut calibrated) = (OdometryConfig::default(), config.clone());
+        WheelWeight::put_deviations(&before, &mut calibrated);
+        let expected =
+            OdometryConfig { wheel_weight_sd: before.wheel_weight_sd, ..config.odometry };
+        assert_eq!(calibrated.odometry, expected);
+        GeometryConfig::put_deviations(&before, &mut config);
+        assert_eq!(config.odometry, OdometryConfig { noise_m_per_sqrt_m: 0.001, ..before });
     }
 
     #[test]

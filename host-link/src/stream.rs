@@ -222,7 +222,7 @@ impl Stream {
 
 #[cfg(test)]
 mod tests {
-    use shared_proto::{PidTerms, Pose, State, WheelPair, WheelTelemetry};
+    use shared_proto::{PidTerms, Pose, PoseDeviation, State, WheelPair, WheelTelemetry};
 
     use super::*;
 
@@ -233,7 +233,8 @@ mod tests {
         // Rises where the numbers wrap.
         let t_us = u64::from(number.wrapping_add(1 << 31)) * 10_000;
         let pose = Pose::default();
-        Telemetry { number, t_us, state: State::Idle, probing: false, wheels, supply_mv: 0, pose }
+        let (state, deviation) = (State::Idle, PoseDeviation::default());
+        Telemetry { number, t_us, state, probing: false, wheels, supply_mv: 0, pose, deviation }
     }
 
     fn numbers(stream: &mut Stream) -> Vec<u32> {

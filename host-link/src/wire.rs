@@ -144,7 +144,8 @@ fn is_pause(error: &io::Error) -> bool {
 mod tests {
     use futures_lite::future::block_on;
     use shared_proto::{
-        Command, Encoder, Event, Pose, Request, State, Telemetry, WheelPair, WheelTelemetry,
+        Command, Encoder, Event, Pose, PoseDeviation, Request, State, Telemetry, WheelPair,
+        WheelTelemetry,
     };
 
     use super::*;
@@ -152,9 +153,10 @@ mod tests {
     fn telemetry(encoder: &mut Encoder, number: u32) -> Vec<u8> {
         let wheels = WheelPair::both(WheelTelemetry::default());
         let state = State::Idle;
-        let pose = Pose::default();
+        let (pose, deviation) = (Pose::default(), PoseDeviation::default());
+        let (t_us, probing, supply_mv) = (0, false, 0);
         let telemetry =
-            Telemetry { number, t_us: 0, state, probing: false, wheels, supply_mv: 0, pose };
+            Telemetry { number, t_us, state, probing, wheels, supply_mv, pose, deviation };
         encoder.message(&telemetry).to_vec()
     }
 

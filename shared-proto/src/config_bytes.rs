@@ -25,7 +25,7 @@ const fn flags_behind(number: usize) -> usize {
         // The right encoder's, and both motors'.
         7 => 3,
         // The driver's enable and fault lines'.
-        32 => 2,
+        35 => 2,
         _ => 0,
     }
 }

@@ -30,9 +30,9 @@
 //! | channel | payload at most | frame at most |
 //! | --- | --- | --- |
 //! | 0 `Hello` | 34 | 43 |
-//! | 1 `Request` | 318 | 328 |
-//! | 2 `Reply` | 319 | 329 |
-//! | 3 `Telemetry` | 160 | 169 |
+//! | 1 `Request` | 342 | 352 |
+//! | 2 `Reply` | 343 | 353 |
+//! | 3 `Telemetry` | 184 | 193 |
 //! | 4 `Event` | 50 | 59 |
 //! | 5 `Open` | 36 | 45 |
 //! | 6 `Opened` | 36 | 45 |

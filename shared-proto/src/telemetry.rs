@@ -24,6 +24,8 @@ pub struct Telemetry {
     pub supply_mv: u16,
     /// Where the robot is, by dead reckoning.
     pub pose: Pose,
+    /// How sure that is.
+    pub deviation: PoseDeviation,
 }
 
 /// Where the robot is by its own counts: the middle between its wheels, since power-on.
@@ -39,6 +41,45 @@ pub struct Pose {
     pub y_um: i64,
     /// \[urad\]
     pub heading_urad: i64,
+}
+
+/// How sure a [`Pose`] is: standard deviations of its numbers, and their correlations.
+///
+/// Of what the wheels' travel scatters by, and of what W_T and the track width are known to ([`OdometryConfig`]). All are 0 at
+/// power-on.
+///
+/// [`OdometryConfig`]: crate::OdometryConfig
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, Schema)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PoseDeviation {
+    /// Of x \[um\].
+    pub x_um: u32,
+    /// Of y \[um\].
+    pub y_um: u32,
+    /// Of the heading \[urad\].
+    pub heading_urad: u32,
+    /// Correlation of x and y \[1/32767\].
+    pub x_y: i16,
+    /// Of x and heading \[1/32767\].
+    pub x_heading: i16,
+    /// Of y and heading \[1/32767\].
+    pub y_heading: i16,
+}
+
+impl PoseDeviation {
+    /// The covariance matrix of x \[m\], y \[m\] and heading \[rad\], row by row: symmetric, and of what a robot sends
+    /// positive semidefinite.
+    ///
+    /// In `pose.covariance` of ROS's `nav_msgs/Odometry`, which has six rows of six, these are the rows and columns 0, 1 and 5.
+    pub fn covariance(&self) -> [f64; 9] {
+        let [x, y, heading] =
+            [self.x_um, self.y_um, self.heading_urad].map(|sd| f64::from(sd) * 1e-6);
+        let share = |correlation: i16| f64::from(correlation) / 32767.0;
+        let x_y = share(self.x_y) * x * y;
+        let x_heading = share(self.x_heading) * x * heading;
+        let y_heading = share(self.y_heading) * y * heading;
+        [x * x, x_y, x_heading, x_y, y * y, y_heading, x_heading, y_heading, heading * heading]
+    }
 }
 
 impl Telemetry {
@@ -78,4 +119,26 @@ pub struct PidTerms {
     pub integral: i16,
     /// From the speed error.
     pub derivative: i16,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PoseDeviation;
+
+    #[test]
+    fn deviations_and_correlations_make_a_symmetric_matrix_in_metres_and_radians() {
+        let deviation = PoseDeviation {
+            x_um: 2_000_000,
+            y_um: 500_000,
+            heading_urad: 100_000,
+            x_y: 32_767,
+            x_heading: -32_767,
+            y_heading: 0,
+        };
+        let expected = [4.0, 1.0, -0.2, 1.0, 0.25, 0.0, -0.2, 0.0, 0.01];
+        for (found, expected) in deviation.covariance().into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert_eq!(PoseDeviation::default().covariance(), [0.0; 9]);
+    }
 }

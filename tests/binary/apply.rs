@@ -45,6 +45,12 @@ fn geometry(temp: &TempFolder, field: &str) -> f64 {
     temp.run(&arguments).ok().json().as_f64().unwrap()
 }
 
+/// How sure the robot is of W_T and of its track width \[m\].
+fn deviations(temp: &TempFolder) -> [f64; 2] {
+    let odometry = temp.run("config get odometry --json --flash flash").ok().json();
+    ["wheel_weight_sd", "track_width_sd_m"].map(|field| odometry[field].as_f64().unwrap())
+}
+
 #[test]
 fn what_a_campaign_says_about_wheels_and_track_is_shown_asked_written_and_undone() {
     let temp = crooked();
@@ -61,12 +67,18 @@ fn what_a_campaign_says_about_wheels_and_track_is_shown_asked_written_and_undone
     // To a tenth of what is wrong: a campaign of eight runs is good to some 1e-4.
     assert!((geometry(&temp, "wheel_weight") - 0.03582 / 0.03618).abs() < 1e-3);
     assert!((geometry(&temp, "track_width_m") / 0.37572 - 1.0).abs() < 1e-3);
+    let [weight, track_m] = deviations(&temp);
+    assert!(
+        (1e-6..1e-3).contains(&weight) && (1e-6..1e-3).contains(&track_m),
+        "{weight} {track_m}"
+    );
     // Once is enough.
     let again = temp.run("apply robot --yes --flash flash --json").ok().json();
     assert_eq!(again["written"], false, "{again}");
 
     temp.run("apply --undo --flash flash").ok();
     assert_eq!(geometry(&temp, "wheel_weight"), 1.0);
+    assert_eq!(deviations(&temp), [0.005, 0.004], "as before");
     // If there is a model, it is used as it is: the track is not in it.
     temp.run("model add wheel_radius_ratio robot").ok();
     temp.run("apply robot --yes --flash flash").ok();
@@ -304,6 +316,12 @@ fn umbmark_closes_squares(temp: &TempFolder) {
     // First order in errors of 1 %, and two squares under a camera of 2 mrad.
     assert!((geometry(temp, "wheel_weight") - 0.03582 / 0.03618).abs() < 2e-3);
     assert!((geometry(temp, "track_width_m") / 0.37572 - 1.0).abs() < 3e-3);
+    let [weight, track_m] = deviations(temp);
+    println!("sure to {weight}, {track_m} m");
+    assert!(
+        (1e-5..2e-3).contains(&weight) && (1e-5..2e-3).contains(&track_m),
+        "{weight} {track_m}"
+    );
     assert!(!json["explained"].as_array().unwrap().is_empty());
 }
 

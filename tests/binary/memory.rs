@@ -69,8 +69,10 @@ fn a_calibration_is_undone_exactly_and_only_once() {
     let temp = TempFolder::new();
     temp.run("config set geometry.wheel_weight 1.0012345678901234 --save --flash flash").ok();
     temp.run("config export before.toml --flash flash").ok();
-    temp.run("calibrate --flash flash").ok();
+    let outcome = temp.run("calibrate --flash flash --json").ok().json();
     assert!((wheel_weight(&temp) - 0.9919).abs() < 1e-3);
+    let sure = temp.run("config get odometry --json --flash flash").ok().json();
+    assert_eq!(sure["wheel_weight_sd"], outcome["wheel_weight"]["sigma"], "{outcome}");
 
     temp.run("calibrate --undo --flash flash").ok();
     temp.run("config export after.toml --flash flash").ok();

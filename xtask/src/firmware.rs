@@ -54,7 +54,7 @@ pub const BOARDS: [Board; 7] = [
         folder: "firmware",
         target: TARGET,
         flash_kib_max: 112,
-        ram_kib_max: 24,
+        ram_kib_max: 26,
     },
     Board {
         name: "nucleo-f446re",

@@ -41,6 +41,7 @@ use crate::capture::CaptureSettings;
 use crate::dead_reckoning::Geometry;
 use crate::liveness::Liveness;
 use crate::pid::Gains;
+use crate::pose_covariance::Uncertainty;
 use crate::probe::Probe;
 use crate::profile::{Plan, Profile};
 use crate::protection::Thresholds;
@@ -252,8 +253,8 @@ pub enum ControlEvent {
 pub enum OdometryOrder {
     /// Not at all: the wheels' travel is about to have another scale.
     Pause,
-    /// With this geometry, from the same place.
-    With(Geometry),
+    /// With this geometry, known to this, from the same place.
+    With(Geometry, Uncertainty),
 }
 
 /// How to close the loop.

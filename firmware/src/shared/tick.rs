@@ -4,7 +4,9 @@ use core::cell::Cell;
 
 use embassy_sync::blocking_mutex::{Mutex, raw::RawMutex};
 use fixed::types::{I8F24, I32F32};
-use shared_proto::{Pose, Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry};
+use shared_proto::{
+    Pose, PoseDeviation, Telemetry, Wheel, WheelAtFault, WheelPair, WheelTelemetry,
+};
 
 use super::in_place::InPlace;
 use crate::capture::Measured;
@@ -100,6 +102,7 @@ impl Tick {
         number: u32,
         state: shared_proto::State,
         pose: Pose,
+        deviation: PoseDeviation,
     ) -> Telemetry {
         Telemetry {
             number,
@@ -109,6 +112,7 @@ impl Tick {
             wheels: WheelPair { left: self.wheel(Wheel::Left), right: self.wheel(Wheel::Right) },
             supply_mv: self.supply_mv,
             pose,
+            deviation,
         }
     }
 

@@ -1,14 +1,16 @@
-//! Telemetry: follows where the robot is, hands the frames that are due to the link, and drops what the line cannot take.
+//! Telemetry: follows where the robot is and how sure that is, hands the frames that are due to the link, and drops what
+//! the line cannot take.
 
 use core::sync::atomic::Ordering;
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Instant, Timer};
-use shared_proto::Telemetry;
+use shared_proto::{Pose, Telemetry, WheelPair};
 
 use crate::dead_reckoning::DeadReckoning;
+use crate::pose_covariance::PoseCovariance;
 use crate::shared::{OdometryOrder, Shared, Tick};
-use crate::units::CONTROL_PERIOD_US;
+use crate::units::{CONTROL_PERIOD_US, Travel};
 
 /// Dead reckoning takes a step at least this often \[us\].
 const STEP_US: u64 = 10_000;
@@ -21,11 +23,42 @@ const COMPLETE_US: u64 = CONTROL_PERIOD_US as u64 / 4;
 ///
 /// This task wakes by the clock, shortly after a tick that is due: to wake it, the control tick would have to work.
 pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
-    let mut reckoning = DeadReckoning::new();
+    let mut odometry = Odometry::START;
     let mut schedule = Schedule { period: 0, number: 0 };
     loop {
-        let next = step(shared, &mut reckoning, &mut schedule);
+        let next = step(shared, &mut odometry, &mut schedule);
         Timer::at(next).await;
+    }
+}
+
+/// Where the robot is, and how sure that is.
+struct Odometry {
+    reckoning: DeadReckoning,
+    covariance: PoseCovariance,
+}
+
+impl Odometry {
+    const START: Self = Self { reckoning: DeadReckoning::new(), covariance: PoseCovariance::new() };
+
+    /// The wheels' travel is now this; returns where the robot is.
+    fn follow(&mut self, travel: WheelPair<Travel>, order: Option<OdometryOrder>) -> Pose {
+        let Self { reckoning, covariance } = self;
+        if order.is_none() {
+            reckoning.step(travel);
+        }
+        let pose = reckoning.pose();
+        match order {
+            Some(OdometryOrder::Pause) => {
+                reckoning.pause();
+                covariance.pause();
+            }
+            Some(OdometryOrder::With(geometry, known)) => {
+                reckoning.adopt(geometry, travel);
+                covariance.adopt(known, travel, pose);
+            }
+            None => covariance.step(travel, pose),
+        }
+        pose
     }
 }
 
@@ -33,19 +66,15 @@ pub async fn run<M: RawMutex>(shared: &Shared<M>) -> ! {
 #[inline(never)]
 fn step<M: RawMutex>(
     shared: &Shared<M>,
-    reckoning: &mut DeadReckoning,
+    odometry: &mut Odometry,
     schedule: &mut Schedule,
 ) -> Instant {
     let tick = shared.snapshot.copy();
-    let travel = tick.measured.travel;
-    match shared.follow_wheels.try_take() {
-        Some(OdometryOrder::Pause) => reckoning.pause(),
-        Some(OdometryOrder::With(geometry)) => reckoning.adopt(geometry, travel),
-        None => reckoning.step(travel),
-    }
+    let pose = odometry.follow(tick.measured.travel, shared.follow_wheels.try_take());
     let period = shared.telemetry_period.load(Ordering::Relaxed);
     if let Some(number) = schedule.due(tick.measured.tick, period) {
-        send(shared, tick.telemetry(number, shared.state.get(), reckoning.pose()));
+        let deviation = odometry.covariance.deviation();
+        send(shared, tick.telemetry(number, shared.state.get(), pose, deviation));
     }
     schedule.next(&tick)
 }

@@ -1,7 +1,9 @@
 //! Records of every layout that ever was, as bytes that never change.
 
 use firmware::hal::StoreError;
-use shared_proto::{AtFault, Config, Driver, DriverConfig, FeedforwardConfig, WheelFeedforward};
+use shared_proto::{
+    AtFault, Config, Driver, DriverConfig, FeedforwardConfig, OdometryConfig, WheelFeedforward,
+};
 
 use super::nor::{Nor, SECTOR_LEN, SECTORS};
 use super::numbered::{load, numbered, save};
@@ -26,6 +28,9 @@ const LAYOUT_6: &[u8] = include_bytes!("layout_6.bin");
 
 /// With a feedforward for each wheel and direction, in layout 7.
 const LAYOUT_7: &[u8] = include_bytes!("layout_7.bin");
+
+/// With how sure the odometry is, in layout 8.
+const LAYOUT_8: &[u8] = include_bytes!("layout_8.bin");
 
 /// Where the record begins: behind the sector's mark, the item's header and its key.
 const RECORD: usize = 13;
@@ -79,8 +84,8 @@ fn with_driver() -> Config {
     Config { driver, ..with_hold() }
 }
 
-/// That of the newest.
-fn newest() -> Config {
+/// That of layout 7.
+fn with_each_wheel() -> Config {
     let mut config = with_driver();
     let FeedforwardConfig { left, right, .. } = &mut config.feedforward;
     (left.ks_backward_v, left.ka_v_s2_per_m) = (0.625, 1.5);
@@ -88,8 +93,18 @@ fn newest() -> Config {
     config
 }
 
+/// That of the newest.
+fn newest() -> Config {
+    let odometry = OdometryConfig {
+        noise_m_per_sqrt_m: 0.000_75,
+        wheel_weight_sd: 0.000_25,
+        track_width_sd_m: 0.001_5,
+    };
+    Config { odometry, ..with_each_wheel() }
+}
+
 #[test]
-fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_7_of_it()
+fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_makes_layout_8_of_it()
 {
     for (old, config) in [
         (LAYOUT_1, stored(0.0)),
@@ -98,6 +113,7 @@ fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_ma
         (LAYOUT_4, with_supply()),
         (LAYOUT_5, with_hold()),
         (LAYOUT_6, with_driver()),
+        (LAYOUT_7, with_each_wheel()),
     ] {
         let (loaded, flash) = load(flash(old));
         assert_eq!(loaded, Ok(Some(config)), "every value is kept");
@@ -107,22 +123,22 @@ fn a_store_of_an_older_layout_is_read_without_what_it_lacks_and_the_next_save_ma
         assert_eq!(saved, Ok(()));
         let (again, flash) = load(Nor::holding(flash.bytes));
         assert_eq!(again, Ok(Some(newest())));
-        // The old record is as it was; behind it stands one in layout 7.
+        // The old record is as it was; behind it stands one in layout 8.
         assert_eq!(&flash.bytes[..old.len()], old);
         let header = &flash.bytes[old.len() + RECORD - 4..];
-        assert_eq!(header[..2], 7_u16.to_le_bytes());
+        assert_eq!(header[..2], 8_u16.to_le_bytes());
     }
 }
 
 #[test]
 fn a_configuration_of_another_shape_needs_a_new_layout() {
-    assert_eq!(load(flash(LAYOUT_7)).0, Ok(Some(newest())));
+    assert_eq!(load(flash(LAYOUT_8)).0, Ok(Some(newest())));
     let (_, flash) = save(Nor::blank(), &newest());
-    let (written, beyond) = flash.bytes.split_at(LAYOUT_7.len());
+    let (written, beyond) = flash.bytes.split_at(LAYOUT_8.len());
     let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
     assert_eq!(
         hex(written),
-        hex(LAYOUT_7),
+        hex(LAYOUT_8),
         "raise `store::LAYOUT`, convert the old one in `decode`, and add a record of the new layout here (`xxd -r -p` makes one of these digits)"
     );
     assert!(beyond[..64].iter().all(|byte| *byte == 0xFF), "and no more");
@@ -130,7 +146,7 @@ fn a_configuration_of_another_shape_needs_a_new_layout() {
 
 #[test]
 fn a_record_of_an_unknown_layout_and_a_damaged_one_are_damage() {
-    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4, LAYOUT_5, LAYOUT_6, LAYOUT_7] {
+    for layout in [LAYOUT_1, LAYOUT_2, LAYOUT_3, LAYOUT_4, LAYOUT_5, LAYOUT_6, LAYOUT_7, LAYOUT_8] {
         let record = &layout[RECORD..];
         // Damage that the library's own checksum would find is put right there: it is ours that is tried.
         for at in [0, 2, 6, 100] {

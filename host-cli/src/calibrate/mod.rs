@@ -241,6 +241,7 @@ async fn experiment(
     }
     let mut corrected = config;
     corrected.geometry.wheel_weight = wheel_weight.value;
+    corrected.odometry.wheel_weight_sd = wheel_weight.sigma;
     plausibility::check(corrected.geometry)?;
     bench.session.write_config(&corrected).await?;
     (bench.tell)(CalibrateStep::Written(wheel_weight.value));
@@ -373,6 +374,7 @@ impl Bench<'_> {
             robot: checks.identity.name.as_str().into(),
             before: undo::WheelWeight(before.run.driven_with),
             after: undo::WheelWeight(after.run.driven_with),
+            odometry: Some(checks.config.odometry),
         };
         let undo_folder = self.settings.undo_folder.as_deref();
         save(self.session, undo_folder, &checks.identity, &undo).await?;

@@ -79,6 +79,7 @@ pub(super) fn run(common: &Common, args: &ApplyArgs) -> Result<()> {
         }
         let mut new = config.clone();
         new.geometry = change.after;
+        [_, new.odometry] = change.odometry;
         new.validate().map_err(|error| {
             Error::new(format_args!("the values that the campaign gives are out of range: {error}"))
                 .hint("check robot.toml, and the values that `explain` finds")
@@ -99,8 +100,12 @@ async fn write(
     new: &Config,
 ) -> Result<()> {
     let remembered = if !common.port.is_sim() || common.flash.is_some() {
-        let undo =
-            Undo { robot: display_name(identity), before: config.geometry, after: new.geometry };
+        let undo = Undo {
+            robot: display_name(identity),
+            before: config.geometry,
+            after: new.geometry,
+            odometry: Some(config.odometry),
+        };
         Some(undo.remember(&state_folder()?, identity)?)
     } else {
         None
@@ -200,6 +205,8 @@ fn table(change: &Change) -> String {
     let (before, after) = (&change.before, &change.after);
     let mut lines = vec![paint(DIM, format_args!("  {:<22} {:>14} {:>14}", "", "now", "new"))];
     let cm = |value: f64| LengthUnit::Cm.format(value, 4);
+    let mm = |value: f64| LengthUnit::Mm.format(value, 3);
+    let [sure, surer] = &change.odometry;
     let ratio = |value: f64| format!("{value:.6}");
     let pull = |g: &GeometryConfig| format!("{:.3} mrad/m", g.heading_pull_rad_per_m * 1e3);
     let right_m = |g: &GeometryConfig| g.wheel_radius_m * g.wheel_weight;
@@ -209,6 +216,8 @@ fn table(change: &Change) -> String {
         ("W_T", ratio(before.wheel_weight), ratio(after.wheel_weight)),
         ("track width", cm(before.track_width_m), cm(after.track_width_m)),
         ("heading pull", pull(before), pull(after)),
+        ("W_T, one sigma", ratio(sure.wheel_weight_sd), ratio(surer.wheel_weight_sd)),
+        ("track width, one sigma", mm(sure.track_width_sd_m), mm(surer.track_width_sd_m)),
     ] {
         lines.push(format!("  {name:<22} {now:>14} {then:>14}"));
     }
@@ -259,6 +268,7 @@ fn finish(common: &Common, change: &Change, written: bool) {
             "written": written,
             "before": change.before,
             "after": change.after,
+            "odometry": {"before": change.odometry[0], "after": change.odometry[1]},
             "effects": remedies.collect::<Vec<_>>(),
         }));
     } else if written {

@@ -74,7 +74,7 @@ impl Motion {
 
 #[cfg(test)]
 mod tests {
-    use shared_proto::{Pose, WheelPair, WheelTelemetry};
+    use shared_proto::{Pose, PoseDeviation, WheelPair, WheelTelemetry};
 
     use super::*;
 
@@ -95,6 +95,7 @@ mod tests {
                     wheels: WheelPair::both(wheel),
                     supply_mv: 12_000,
                     pose: Pose::default(),
+                    deviation: PoseDeviation::default(),
                 });
             }
         };

@@ -274,6 +274,7 @@ mod tests {
                 supply_mv: 12_000,
                 // It stands somewhere when it begins, and faces left.
                 pose: shared_proto::Pose { x_um: 1_000_000, y_um: 0, heading_urad: 1_570_796 },
+                deviation: shared_proto::PoseDeviation::default(),
             }
         };
         let frames = (0..=(metres / 0.01).round() as u32).map(frame).collect();

@@ -307,6 +307,7 @@ mod tests {
             wheels: shared_proto::WheelPair::both(WheelTelemetry::default()),
             supply_mv: 12_000,
             pose: shared_proto::Pose::default(),
+            deviation: shared_proto::PoseDeviation::default(),
         };
         robot.push((0..3 * KEPT as u32).map(frame));
         let (news, heard) = robot.news(Heard::default());

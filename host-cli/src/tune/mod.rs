@@ -244,7 +244,8 @@ impl Tuner<'_> {
                 interrupt::words()
             )));
         }
-        let undo = Undo { robot: identity.name.as_str().into(), before, after };
+        let robot = identity.name.as_str().into();
+        let undo = Undo { robot, before, after, odometry: None };
         let remembered = match &self.settings.undo_folder {
             Some(folder) => Some(undo.remember(folder, identity)?),
             None => None,

@@ -18,6 +18,12 @@ pub enum Column {
     Y,
     /// Heading to the left.
     Heading,
+    /// Standard deviation of the position ahead.
+    XDeviation,
+    /// Of the position to the left.
+    YDeviation,
+    /// Of the heading.
+    HeadingDeviation,
     /// Speed of the left wheel.
     LeftSpeed,
     /// Of the right wheel.
@@ -64,6 +70,9 @@ impl Column {
             Self::X => ("x m", 7),
             Self::Y => ("y m", 7),
             Self::Heading => ("head \u{b0}", 7),
+            Self::XDeviation => ("x sd mm", 7),
+            Self::YDeviation => ("y sd mm", 7),
+            Self::HeadingDeviation => ("head sd \u{b0}", 9),
             Self::LeftSpeed => ("L mm/s", 6),
             Self::RightSpeed => ("R mm/s", 6),
             Self::LeftError => ("L err mm", 8),
@@ -82,6 +91,7 @@ impl Column {
         let speed = |wheel: WheelTelemetry| format!("{:.1}", f64::from(wheel.speed_um_s) * 1e-3);
         let error = |wheel: WheelTelemetry| format!("{:.3}", f64::from(wheel.error_um) * 1e-3);
         let duty = |wheel: WheelTelemetry| format!("{:.1}", f64::from(wheel.duty) / 327.67);
+        let mm = |um: u32| format!("{:.2}", f64::from(um) * 1e-3);
         let m = |um: i64| format!("{:.3}", um as f64 * 1e-6);
         match self {
             Self::Time => format!("{:.3}", frame.t_us as f64 * 1e-6),
@@ -92,6 +102,11 @@ impl Column {
             Self::Y => m(frame.pose.y_um),
             Self::Heading => {
                 format!("{:.2}", (frame.pose.heading_urad as f64 * 1e-6).to_degrees())
+            }
+            Self::XDeviation => mm(frame.deviation.x_um),
+            Self::YDeviation => mm(frame.deviation.y_um),
+            Self::HeadingDeviation => {
+                format!("{:.3}", (f64::from(frame.deviation.heading_urad) * 1e-6).to_degrees())
             }
             Self::LeftSpeed => speed(left),
             Self::RightSpeed => speed(right),

@@ -5,8 +5,8 @@ use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::style::Color;
 use shared_proto::{
-    Event, Fault, FaultReport, MotionEnd, MotionId, Pose, State, Telemetry, WheelPair,
-    WheelTelemetry,
+    Event, Fault, FaultReport, MotionEnd, MotionId, Pose, PoseDeviation, State, Telemetry,
+    WheelPair, WheelTelemetry,
 };
 
 use super::{Column, Condition, Driver, History, Shown, USUAL, draw};
@@ -35,6 +35,12 @@ fn frame(number: u32) -> Telemetry {
             x_um: (6e5 * angle.sin()) as i64,
             y_um: (6e5 * (1.0 - angle.cos())) as i64,
             heading_urad: (1e6 * angle) as i64,
+        },
+        deviation: PoseDeviation {
+            x_um: 1_230,
+            y_um: 4_560,
+            heading_urad: 7_000,
+            ..PoseDeviation::default()
         },
     }
 }
@@ -213,4 +219,13 @@ fn the_usual_line_is_shorter_than_80_characters_and_each_column_keeps_its_width(
     println!("{heads}\n{line}");
     let width = |line: &str| line.chars().count();
     assert!(width(&heads) < 80 && width(&heads) == width(&line), "{heads}\n{line}");
+}
+
+#[test]
+fn a_column_says_how_sure_each_number_of_the_pose_is() {
+    let columns = [Column::XDeviation, Column::YDeviation, Column::HeadingDeviation];
+    assert_eq!(Column::heads(&columns), "x sd mm y sd mm head sd \u{b0}");
+    let line = Column::line(&columns, &frame(1));
+    // 7 mrad are 0.401 degrees.
+    assert_eq!(line, "   1.23    4.56     0.401");
 }

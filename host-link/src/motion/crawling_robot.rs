@@ -7,8 +7,8 @@ use std::rc::Rc;
 
 use futures_lite::future::block_on;
 use shared_proto::{
-    Answer, Channel, Command, Decoder, Encoder, Hello, LinkStatistics, MotionEnd, Pose, Reply,
-    Request, State, Status, Telemetry, WheelPair, WheelTelemetry,
+    Answer, Channel, Command, Decoder, Encoder, Hello, LinkStatistics, MotionEnd, Pose,
+    PoseDeviation, Reply, Request, State, Status, Telemetry, WheelPair, WheelTelemetry,
 };
 
 use super::{Motion, RecordOptions, drive};
@@ -92,6 +92,7 @@ impl Robot {
             wheels: WheelPair::both(WheelTelemetry::default()),
             supply_mv: 12_000,
             pose: Pose::default(),
+            deviation: PoseDeviation::default(),
         };
         self.number += 1;
         self.sent.push_back(self.encoder.message(&telemetry).to_vec());

@@ -56,6 +56,14 @@ fn longest() -> Vec<Any> {
             wheels: WheelPair::both(wheel),
             supply_mv: u16::MAX,
             pose: Pose { x_um: i64::MIN, y_um: i64::MIN, heading_urad: i64::MIN },
+            deviation: PoseDeviation {
+                x_um: u32::MAX,
+                y_um: u32::MAX,
+                heading_urad: u32::MAX,
+                x_y: i16::MIN,
+                x_heading: i16::MIN,
+                y_heading: i16::MIN,
+            },
             ..samples::telemetry()
         }),
         Any::Event(Event::Fault(fault)),

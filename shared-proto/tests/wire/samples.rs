@@ -88,6 +88,11 @@ pub fn config() -> Config {
             supply_v_max: 16.8,
             link_timeout_s: 0.2,
         },
+        odometry: OdometryConfig {
+            noise_m_per_sqrt_m: 0.0007,
+            wheel_weight_sd: 0.0003,
+            track_width_sd_m: 0.0015,
+        },
         driver: DriverConfig {
             pwm_hz: 16_000.0,
             enable_inverted: true,
@@ -192,6 +197,14 @@ pub fn telemetry() -> Telemetry {
         },
         supply_mv: 11_900,
         pose: Pose { x_um: 306_000, y_um: -1250, heading_urad: 12_400 },
+        deviation: PoseDeviation {
+            x_um: 270,
+            y_um: 410,
+            heading_urad: 2230,
+            x_y: -120,
+            x_heading: 80,
+            y_heading: 28_377,
+        },
     }
 }
 

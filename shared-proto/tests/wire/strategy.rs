@@ -42,7 +42,7 @@ fn config() -> BoxedStrategy<Config> {
             .boxed()
     };
     let motor = || any::<bool>().prop_map(|reversed| MotorConfig { reversed }).boxed();
-    (name(), vec(number(), 28), pair(encoder), pair(motor), driver())
+    (name(), vec(number(), 31), pair(encoder), pair(motor), driver())
         .prop_map(|(name, n, encoder, motor, driver)| Config {
             name,
             geometry: GeometryConfig {
@@ -74,6 +74,11 @@ fn config() -> BoxedStrategy<Config> {
                 supply_v_min: n[17],
                 supply_v_max: n[21],
                 link_timeout_s: n[18],
+            },
+            odometry: OdometryConfig {
+                noise_m_per_sqrt_m: n[28],
+                wheel_weight_sd: n[29],
+                track_width_sd_m: n[30],
             },
             driver,
         })
@@ -339,15 +344,15 @@ fn telemetry() -> BoxedStrategy<Telemetry> {
     };
     let pose =
         any::<[i64; 3]>().prop_map(|[x_um, y_um, heading_urad]| Pose { x_um, y_um, heading_urad });
-    (any::<u32>(), any::<u64>(), state(), any::<bool>(), pair(wheel), (any::<u16>(), pose))
-        .prop_map(|(number, t_us, state, probing, wheels, (supply_mv, pose))| Telemetry {
-            number,
-            t_us,
-            state,
-            probing,
-            wheels,
-            supply_mv,
-            pose,
+    let deviation = (any::<[u32; 3]>(), any::<[i16; 3]>()).prop_map(|(sd, correlation)| {
+        let [x_um, y_um, heading_urad] = sd;
+        let [x_y, x_heading, y_heading] = correlation;
+        PoseDeviation { x_um, y_um, heading_urad, x_y, x_heading, y_heading }
+    });
+    let place = (pose, deviation);
+    (any::<u32>(), any::<u64>(), state(), any::<bool>(), pair(wheel), (any::<u16>(), place))
+        .prop_map(|(number, t_us, state, probing, wheels, (supply_mv, (pose, deviation)))| {
+            Telemetry { number, t_us, state, probing, wheels, supply_mv, pose, deviation }
         })
         .boxed()
 }

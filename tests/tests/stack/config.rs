@@ -212,6 +212,9 @@ fn field_mut<'a>(config: &'a mut Config, path: &str) -> &'a mut f64 {
         "protection.supply_v_min" => &mut config.protection.supply_v_min,
         "protection.supply_v_max" => &mut config.protection.supply_v_max,
         "protection.link_timeout_s" => &mut config.protection.link_timeout_s,
+        "odometry.noise_m_per_sqrt_m" => &mut config.odometry.noise_m_per_sqrt_m,
+        "odometry.wheel_weight_sd" => &mut config.odometry.wheel_weight_sd,
+        "odometry.track_width_sd_m" => &mut config.odometry.track_width_sd_m,
         "driver.pwm_hz" => &mut config.driver.pwm_hz,
         _ => panic!("{path} is new: add it here"),
     }

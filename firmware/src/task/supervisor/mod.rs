@@ -31,6 +31,7 @@ use crate::dead_reckoning::Geometry;
 use crate::hal::{BoardInfo, Store};
 use crate::liveness::SafetyTask;
 use crate::pid::Gains;
+use crate::pose_covariance::Uncertainty;
 use crate::profile::{Plan, ProfileState};
 use crate::protection::Thresholds;
 use crate::shared::{
@@ -374,7 +375,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         while self.shared.snapshot.get().measured.tick.wrapping_sub(before) < 2 {
             Timer::after_micros(CONTROL_PERIOD_US.into()).await;
         }
-        self.shared.follow_wheels.put(OdometryOrder::With(Geometry::new(&self.config)));
+        let (geometry, known) = (Geometry::new(&self.config), Uncertainty::new(&self.config));
+        self.shared.follow_wheels.put(OdometryOrder::With(geometry, known));
     }
 
     #[inline(never)]

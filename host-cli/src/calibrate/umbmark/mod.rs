@@ -138,10 +138,13 @@ async fn corrected(
     if after.error_m >= before.error_m {
         return Ok((Decision::NotBetter(after), new.geometry));
     }
+    new.odometry = before.deviations(&after, &config.odometry, &new.geometry, settings.side_m);
+    session.write_config(&new).await?;
     let undo = Undo {
         robot: checks.identity.name.as_str().into(),
         before: config.geometry,
         after: new.geometry,
+        odometry: Some(config.odometry),
     };
     save(session, settings.undo_folder.as_deref(), &checks.identity, &undo).await?;
     tell(UmbmarkStep::Saved);

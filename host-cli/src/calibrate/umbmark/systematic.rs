@@ -26,6 +26,14 @@
 //! stray:  left e (1, 1) / 2,  right e (1, -1) / 2                                       (6)
 //! ```
 //!
+//! What a part that is corrected may still be off by is its noise and, as what strays with the correction, what else moves the
+//! ends; one that is not corrected may be off by all of itself too. By the derivatives of (3) and (4), with s_a and s_beta such
+//! parts over 2 L,
+//!
+//! ```text
+//! sd_b = b s_a / (pi/2),   sd_W = W_T b s_beta / L                                     (7)
+//! ```
+//!
 //! A floor that carries the robot by d on the whole way adds d to both ends, half of it along (1) and (2),
 //! half along (6): the stray part is as large as the error that it makes in a and beta. Source: Borenstein and Feng,
 //! UMBmark: a benchmark test for measuring odometry errors in mobile robots, 1995; (1) and (2) are
@@ -33,7 +41,7 @@
 
 use std::f64::consts::{FRAC_PI_2, SQRT_2};
 
-use shared_proto::GeometryConfig;
+use shared_proto::{GeometryConfig, OdometryConfig};
 
 /// The systematic error of two sets of squares.
 #[derive(Clone, Debug, PartialEq)]
@@ -123,6 +131,28 @@ impl Systematic {
                 / (1.0 + wheel_weight),
             wheel_weight,
             track_width_m: in_use.track_width_m * told(self.track_part_m, self.track_ratio),
+            ..*in_use
+        }
+    }
+
+    /// How sure a corrected geometry is (7), from the squares with it.
+    pub fn deviations(
+        &self,
+        after: &Self,
+        in_use: &OdometryConfig,
+        corrected: &GeometryConfig,
+        side_m: f64,
+    ) -> OdometryConfig {
+        let sd = |part_m: f64, after_m: f64| {
+            let left_m = if self.stands_out(part_m) { 0.0 } else { after_m };
+            self.noise_m.hypot(after.stray_m).hypot(left_m) / (2.0 * side_m)
+        };
+        let (track_m, weight) = (corrected.track_width_m, corrected.wheel_weight);
+        let wheel_sd = sd(self.wheel_part_m, after.wheel_part_m);
+        let track_sd = sd(self.track_part_m, after.track_part_m);
+        OdometryConfig {
+            wheel_weight_sd: weight * track_m * wheel_sd / side_m,
+            track_width_sd_m: track_m * track_sd / FRAC_PI_2,
             ..*in_use
         }
     }
@@ -221,6 +251,43 @@ mod tests {
         let corrected = squares.corrected(&in_use);
         assert_eq!(corrected.wheel_weight, in_use.wheel_weight);
         assert!((corrected.track_width_m / 0.3757 - 1.0).abs() < 1e-3, "{corrected:?}");
+    }
+
+    #[test]
+    fn a_corrected_geometry_is_as_sure_as_other_squares_would_repeat_it() {
+        use rand::{RngExt, SeedableRng};
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(95);
+        let in_use = Config::default();
+        let (sets, mut off, mut said) = (300, [0.0; 2], [0.0; 2]);
+        for _ in 0..sets {
+            let mut ends = |way: f64, track_m: f64, weight: f64| -> Vec<[f64; 2]> {
+                let [x_m, y_m] = error_m(way, 1.0, track_m, 0.3757, 0.9917 / weight);
+                let mut scattered = |m: f64| m + rng.random_range(-0.01..0.01);
+                (0..5).map(|_| [scattered(x_m), scattered(y_m)]).collect()
+            };
+            let mut set = |track_m: f64, weight: f64| {
+                let [left, right] = [1.0, -1.0].map(|way| ends(way, track_m, weight));
+                Systematic::new(left, right, 1.0, track_m)
+            };
+            let before = set(0.372, 1.0);
+            let corrected = before.corrected(&in_use.geometry);
+            let after = set(corrected.track_width_m, corrected.wheel_weight);
+            let odometry = before.deviations(&after, &in_use.odometry, &corrected, 1.0);
+            assert_eq!(odometry.noise_m_per_sqrt_m, in_use.odometry.noise_m_per_sqrt_m);
+            let errors = [corrected.wheel_weight - 0.9917, corrected.track_width_m - 0.3757];
+            let sds = [odometry.wheel_weight_sd, odometry.track_width_sd_m];
+            for i in 0..2 {
+                off[i] += errors[i] * errors[i];
+                said[i] += sds[i] * sds[i];
+            }
+        }
+        for (off, said) in off.into_iter().zip(said) {
+            let ratio = (said / off).sqrt();
+            println!("said {:.6}, off {:.6}", (said / 300.0).sqrt(), (off / 300.0).sqrt());
+            // The scatter is in the error as noise, and in what is said also as what strays, which has twice the variance:
+            // the root of 3, and 300 sets give each side to 4 %.
+            assert!((1.5..2.0).contains(&ratio), "{ratio}");
+        }
     }
 
     #[test]

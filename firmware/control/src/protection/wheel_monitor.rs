@@ -31,6 +31,8 @@ const LATELY: usize = 4;
 const ONE_LINE: u32 = 2;
 /// So often in a stall time a count turns round only if a line floats or is cut: a wheel has mass.
 const FLAPS: u32 = 8;
+/// So often it may do so once more than a wheel that starts or stops; told from it only where something else is wrong.
+const SOME_FLAPS: u32 = 3;
 
 /// The state of one wheel's monitor.
 #[derive(Clone, Copy, Debug)]
@@ -181,11 +183,12 @@ impl WheelMonitor {
             Some(Fault::EncoderDead)
         } else if goes_on && self.runs_against_motor(limits, view, supply_scale) {
             // By chance a line that floats counts the wrong way for a while.
-            Some(if self.flaps >= FLAPS / 2 { Fault::EncoderDead } else { Fault::EncoderReversed })
+            Some(if self.flaps >= SOME_FLAPS { Fault::EncoderDead } else { Fault::EncoderReversed })
         } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
             Some(self.diagnose(limits))
         } else if self.is_stuck_at_rest(limits, view) {
-            Some(Fault::Stall)
+            // A line that was stuck, too, may leave the wheel off its target.
+            Some(if self.goings_back >= ONE_LINE { Fault::EncoderDead } else { Fault::Stall })
         } else if too_far {
             Some(Fault::FollowingError)
         } else {
@@ -291,8 +294,7 @@ impl WheelMonitor {
     #[inline(always)]
     fn creeps_at_checkpoint(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
         self.checkpoint_tick = self.tick;
-        // An eighth of them, rounded up.
-        self.flaps -= (self.flaps + (CHECKPOINTS_LEN as u32 - 1)) / CHECKPOINTS_LEN as u32;
+        self.flaps -= self.flaps.div_ceil(CHECKPOINTS_LEN as u32);
         let slot = &mut self.checkpoints[self.checkpoint % CHECKPOINTS_LEN];
         let moved = positions.since(core::mem::replace(slot, positions));
         self.checkpoint = self.checkpoint.wrapping_add(1);
@@ -308,7 +310,7 @@ impl WheelMonitor {
     #[cold]
     fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
         let last = self.last;
-        if self.changed == 1 || self.goings_back >= ONE_LINE || self.flaps >= FLAPS / 2 {
+        if self.changed == 1 || self.goings_back >= ONE_LINE || self.flaps >= SOME_FLAPS {
             return Fault::EncoderDead;
         }
         // A count that still changes now and then comes from a live encoder.

@@ -54,20 +54,7 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         wrong.push("the instant for it never came".into());
         return Verdict { wrong, ..Verdict::NONE };
     }
-    let promises: Vec<(Promise, Driven)> = observed
-        .happened
-        .iter()
-        .map(|happened| {
-            let instant = FaultInstant::new(case, &observed.timeline, happened.at_us);
-            let mut promise = Promise::of(happened.kind, case, &instant);
-            let driven = driven_after(happened, observed);
-            // As when something else had cut the line before: what shows in a motion alone could not show.
-            if !driven.at_all && happened.kind.shows_in_motion_only() {
-                promise.names.push(Name::Harmless);
-            }
-            (promise, driven)
-        })
-        .collect();
+    let promises = promises(case, observed);
     // While the program itself is disturbed, it sees everything else later.
     let delay_ms = observed
         .happened
@@ -121,6 +108,24 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
     let Driven { ms, at_all, .. } = promises[0].1;
     let situation = FaultInstant::new(case, &observed.timeline, first.at_us).situation;
     Verdict { names, off_ms: ms, bound_ms, was_driven: at_all, situation, wrong }
+}
+
+/// What is promised for each thing that happened, and what the motors did after it.
+fn promises(case: &Case, observed: &Observed) -> Vec<(Promise, Driven)> {
+    observed
+        .happened
+        .iter()
+        .map(|happened| {
+            let instant = FaultInstant::new(case, &observed.timeline, happened.at_us);
+            let mut promise = Promise::of(happened.kind, case, &instant);
+            let driven = driven_after(happened, observed);
+            // As when something else had cut the line before: what shows in a motion alone could not show.
+            if !driven.at_all && happened.kind.shows_in_motion_only() {
+                promise.names.push(Name::Harmless);
+            }
+            (promise, driven)
+        })
+        .collect()
 }
 
 fn driven_after(happened: &Happened, observed: &Observed) -> Driven {

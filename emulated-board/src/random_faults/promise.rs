@@ -69,18 +69,8 @@ impl Promise {
         let harmless = (MotorsOff::NotNeeded, vec![Name::Harmless]);
         match kind {
             K::Nothing | K::Garbage(_) | K::LinkToHostCut => harmless,
-            // A count that stands tells nothing before the setpoint advances. The encoder check is bounded by the way.
-            // In the check, a plug that is pulled after the first counts looks like a wheel that is held from then on.
-            K::EncoderUnplugged(w) if case.phase == Phase::Check => {
-                let names = vec![Name::Fault(Fault::EncoderDead(w)), Name::Fault(Fault::Stall(w))];
-                instant.of_wheel(PROTECTION_MS, blind, names)
-            }
-            // After a few counts only, too: how fast the wheel turned has hardly shown.
-            K::EncoderUnplugged(w) if instant.has_hardly_moved() => {
-                let names = vec![Name::Fault(Fault::EncoderDead(w)), Name::Fault(Fault::Stall(w))];
-                instant.of_wheel(PROTECTION_MS, blind, names)
-            }
-            K::EncoderUnplugged(w) | K::EncoderLine(w, _) => {
+            K::EncoderUnplugged(w) => unplugged(w, case, instant),
+            K::EncoderLine(w, _) => {
                 instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
             }
             K::EncoderSwapped(w) | K::MotorReversed(w) => {
@@ -158,6 +148,17 @@ fn blind(ms: f64, moving: bool) -> MotorsOff {
 /// A wheel that does not turn: the check pushes to its end.
 fn pushed(ms: f64, moving: bool) -> MotorsOff {
     MotorsOff::Within(if moving { ms } else { ms.max(CHECK_MS) })
+}
+
+/// A count that stands tells nothing before the setpoint advances. The encoder check is bounded by the way.
+fn unplugged(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
+    let mut names = vec![Name::Fault(Fault::EncoderDead(wheel))];
+    // A plug that is pulled after the first counts, of the check or of a motion, looks like a wheel that is held from
+    // then on: how fast it turned has hardly shown.
+    if case.phase == Phase::Check || instant.has_hardly_moved() {
+        names.push(Name::Fault(Fault::Stall(wheel)));
+    }
+    instant.of_wheel(PROTECTION_MS, blind, names)
 }
 
 /// A motor without current.

@@ -196,9 +196,9 @@ impl Matrix {
     /// As the telemetry has it.
     #[inline(never)]
     fn deviation(&self) -> PoseDeviation {
-        /// Correlations as sent are this much of 1/32767 smaller, so that rounding them down never makes a matrix that is no
+        /// Correlations as sent are this much of 1/8191 smaller, so that rounding them down never makes a matrix that is no
         /// covariance: it moves an eigenvalue by two steps at most, and this adds four to it.
-        const ONE: f32 = 32_763.0;
+        const ONE: f32 = 8187.0;
         let [xx, xy, yy, xh, yh, hh] = self.0;
         let [x, y, h] = [xx, yy, hh].map(root);
         let micro = |sd: f32| (sd * 1e6) as u32;

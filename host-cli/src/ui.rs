@@ -255,7 +255,7 @@ impl Drop for Steps {
 
 /// What to try if nobody answers.
 const NOBODY: &str =
-    "run it in a terminal, or with --yes; --measure track:FILE takes poses from a file";
+    "run it in a terminal; where a command has them, --yes and --measure track:FILE need nobody";
 
 /// Asks the user and waits for an answer, which may be empty.
 pub async fn ask(question: &Question, clock: &Clock) -> Result<String> {

@@ -81,14 +81,17 @@ impl Fault {
     pub const fn remedy(self) -> &'static str {
         match self {
             Fault::FollowingError(_) => {
-                "drive slower, raise pid gains or feedforward, or raise protection.following_error_m_max"
+                "with the duty at its limit, check motor wires, driver and battery; else drive slower, raise feedforward or pid gains, or raise protection.following_error_m_max"
             }
             Fault::Stall(_) => "free the wheel; check motor wires and driver supply",
             Fault::EncoderDead(_) => {
-                "check the encoder's plug and supply, the motor's wires, and whether the wheel turns freely by hand"
+                "check the encoder's plug and supply, the motor's wires, and whether the wheel turns freely by hand; before a motion, protection.probe_duty_max may be too low for this motor"
             }
-            Fault::EncoderReversed(_) => {
-                "swap the encoder's A and B, or set encoder.<wheel>.reversed or motor.<wheel>.reversed"
+            Fault::EncoderReversed(Wheel::Left) => {
+                "swap the encoder's A and B, or set encoder.left.reversed; if the wheel rolled the wrong way, set motor.left.reversed instead"
+            }
+            Fault::EncoderReversed(Wheel::Right) => {
+                "swap the encoder's A and B, or set encoder.right.reversed; if the wheel rolled the wrong way, set motor.right.reversed instead"
             }
             Fault::CountRate(_) => {
                 "check counts_per_rev and gear_reduction; shield the encoder's wires"

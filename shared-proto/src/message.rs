@@ -223,7 +223,7 @@ pub struct Identity {
     pub limits: LimitsConfig,
     /// Why the board started last.
     pub reset_cause: ResetCause,
-    /// Where the configuration in use came from at start.
+    /// What the board starts with: a saved configuration, if there is one.
     pub config_origin: ConfigOrigin,
     /// The store held something unreadable at start, and the factory configuration is in use.
     pub store_damaged: bool,

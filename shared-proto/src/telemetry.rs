@@ -58,11 +58,11 @@ pub struct PoseDeviation {
     pub y_um: u32,
     /// Of the heading \[urad\].
     pub heading_urad: u32,
-    /// Correlation of x and y \[1/32767\].
+    /// Correlation of x and y \[1/8191\]: fine enough, and two bytes on the wire.
     pub x_y: i16,
-    /// Of x and heading \[1/32767\].
+    /// Of x and heading \[1/8191\].
     pub x_heading: i16,
-    /// Of y and heading \[1/32767\].
+    /// Of y and heading \[1/8191\].
     pub y_heading: i16,
 }
 
@@ -74,7 +74,7 @@ impl PoseDeviation {
     pub fn covariance(&self) -> [f64; 9] {
         let [x, y, heading] =
             [self.x_um, self.y_um, self.heading_urad].map(|sd| f64::from(sd) * 1e-6);
-        let share = |correlation: i16| f64::from(correlation) / 32767.0;
+        let share = |correlation: i16| f64::from(correlation) / 8191.0;
         let x_y = share(self.x_y) * x * y;
         let x_heading = share(self.x_heading) * x * heading;
         let y_heading = share(self.y_heading) * y * heading;
@@ -131,8 +131,8 @@ mod tests {
             x_um: 2_000_000,
             y_um: 500_000,
             heading_urad: 100_000,
-            x_y: 32_767,
-            x_heading: -32_767,
+            x_y: 8191,
+            x_heading: -8191,
             y_heading: 0,
         };
         let expected = [4.0, 1.0, -0.2, 1.0, 0.25, 0.0, -0.2, 0.0, 0.01];

@@ -27,8 +27,8 @@ fn forward_that_is_backward_is_named_mended_and_kept() {
         let port = robot(&temp, &reversed);
         let wiring = format!("wiring {port}");
         let arguments: Vec<&str> = wiring.split(' ').collect();
-        // Four times what the simulator shows: twice before, and twice after.
-        let said = temp.run_with(&arguments, "\n\n\n\n").ok().stdout;
+        // To begin, and four times what the simulator shows: twice before, and twice after.
+        let said = temp.run_with(&arguments, "\n\n\n\n\n").ok().stdout;
         assert!(said.contains(named) && said.contains("Mended and saved"), "{said}");
         for side in ["left", "right"] {
             for part in ["motor", "encoder"] {
@@ -41,7 +41,7 @@ fn forward_that_is_backward_is_named_mended_and_kept() {
                 );
             }
         }
-        let said = temp.run_with(&arguments, "\n\n").ok().stdout;
+        let said = temp.run_with(&arguments, "\n\n\n").ok().stdout;
         assert!(said.contains("forward is forward"), "{said}");
     }
 }
@@ -61,11 +61,21 @@ fn exchanged_sides_and_answers_that_cannot_be_change_nothing() {
         let port = robot(&temp, &[]);
         let wiring = format!("wiring {port}");
         let arguments: Vec<&str> = wiring.split(' ').collect();
-        let outcome = temp.run_with(&arguments, answers);
+        let outcome = temp.run_with(&arguments, &format!("\n{answers}"));
         assert_eq!(outcome.code, Some(1), "{outcome:#?}");
         let said = outcome.stderr;
         assert!(said.contains(message) && said.contains("nothing was changed"), "{said}");
         let value = temp.run(&format!("config get motor.left.reversed {port}")).ok().stdout;
         assert!(value.contains("false"), "{value}");
     }
+}
+
+#[test]
+fn it_waits_until_the_wheels_are_free_and_saves_nothing_that_somebody_else_changed() {
+    let temp = TempFolder::new();
+    let said = temp.run_with(&["wiring"], "no\n");
+    assert!(said.stderr.contains("nothing was driven"), "{said:#?}");
+    let said = temp.run_with(&["wiring"], "");
+    assert!(said.stderr.contains("nobody to answer"), "{said:#?}");
+    assert!(!said.stderr.contains("Which wheel"), "{said:#?}");
 }

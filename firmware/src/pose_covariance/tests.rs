@@ -85,7 +85,7 @@ impl Robot {
     fn deviation(&self) -> [f64; 6] {
         let d = self.covariance.deviation();
         let [x, y, heading] = [d.x_um, d.y_um, d.heading_urad].map(|sd| f64::from(sd) * 1e-6);
-        let [xy, xh, yh] = [d.x_y, d.x_heading, d.y_heading].map(|c| f64::from(c) / 32767.0);
+        let [xy, xh, yh] = [d.x_y, d.x_heading, d.y_heading].map(|c| f64::from(c) / 8191.0);
         [x, y, heading, xy, xh, yh]
     }
 }
@@ -154,7 +154,8 @@ fn a_wrong_wheel_bends_a_straight_line_and_unbends_it_on_the_way_back() {
     close(x, share * s / 2.0, 4e-3);
     // One number moves all three.
     for correlation in [xy, xh, yh] {
-        close(correlation, 1.0, 2e-4);
+        // Four steps of 1/8191 smaller, and rounded down.
+        close(correlation, 1.0, 7e-4);
     }
     let [x, y, heading, ..] = driven(&weight, &[(s, s), (-s, -s)]).deviation();
     // A centimetre on either side has not been followed yet.

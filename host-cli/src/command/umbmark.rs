@@ -111,14 +111,14 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     }
     let mm = |m: f64| format!("{:.1} mm", m * 1e3);
     match &outcome.decision {
-        Decision::Saved(after) if !common.json => say(format_args!(
-            "\n{} E_max,syst {} before, {} after",
+        Decision::Saved(after) if !common.json => say_apart(format_args!(
+            "{} E_max,syst {} before, {} after",
             paint(GOOD, "Squares improved:"),
             mm(before.error_m),
             mm(after.error_m)
         )),
-        Decision::AlreadySquare if !common.json => say(format_args!(
-            "\n{} neither W_T nor the track width stands out from the scatter of the squares. Nothing was changed.",
+        Decision::AlreadySquare if !common.json => say_apart(format_args!(
+            "{} neither W_T nor the track width stands out from the scatter of the squares. Nothing was changed.",
             paint(GOOD, "Square already:"),
         )),
         Decision::Saved(_) | Decision::AlreadySquare => {}
@@ -225,4 +225,10 @@ fn table(outcome: &UmbmarkOutcome) -> String {
         lines.push(row(name, a, b).trim_end().to_string());
     }
     lines.join("\n")
+}
+
+/// Says a line after an empty one.
+fn say_apart(line: std::fmt::Arguments<'_>) {
+    say("");
+    say(line);
 }

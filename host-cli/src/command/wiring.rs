@@ -22,6 +22,7 @@ const CRUISE_MPS: f64 = 0.1;
 /// \[m/s^2\]
 const ACCELERATION_MPS2: f64 = 0.3;
 
+const READY: &[Choice] = &[Choice { label: "Begin", answer: "" }];
 const ANSWERS: &[Choice] = &[
     Choice { label: "The left wheel, ahead", answer: "la" },
     Choice { label: "The left wheel, back", answer: "lb" },
@@ -33,10 +34,20 @@ const ANSWERS: &[Choice] = &[
 pub(super) fn run(common: &Common) -> Result<()> {
     let (wiring, saved) = with_robot(&common.port, &common.sim(), async |session, bench| {
         let config = session.read_config().await?;
+        if session.identify().await?.unsaved {
+            // They would be saved along with what is mended.
+            return Err(Error::new("the configuration has changes that are not saved")
+                .hint("`beeline config save` keeps them, `beeline config restore` drops them"));
+        }
         note(format_args!(
             "Each wheel rolls {:.0} cm, one after the other. Lift the wheels, or leave room; look at them from behind.",
             ROLL_M * 100.0
         ));
+        let ready =
+            Question::new("The wheels are free").choices(READY, ": Enter to begin").not_typed();
+        if !ui::ask(&ready, &session.clock()).await?.is_empty() {
+            return Err(Error::interrupted("nothing was driven"));
+        }
         let mut onlooker = Onlooker { session, config: &config, bench };
         let wiring = onlooker.look().await?;
         let Wiring::Reversed(wheels) = wiring else { return Ok((wiring, false)) };
@@ -153,15 +164,15 @@ fn report(common: &Common, wiring: Wiring, saved: bool) -> Result<()> {
         // Seen from its other end, such a robot is as it should be.
         Wiring::Exchanged(WheelPair { left: true, right: true }) => (
             "the robot takes its other end for the front".into(),
-            "turn the robot round; or exchange the motors' connectors and the encoders' plugs, and repeat this",
+            "take the other end for the front: then all is right; or exchange the motors' connectors and the encoders' plugs, and run this again",
         ),
         Wiring::Exchanged(_) => (
             "left and right are exchanged, motors and encoders alike".into(),
-            "exchange the motors' connectors and the encoders' plugs, and repeat this",
+            "exchange the motors' connectors and the encoders' plugs, and run this again: it then mends what else is the wrong way round",
         ),
         Wiring::OneWheel(wheel) => (
             format!("the {} wheel cannot have turned both times", wheel.name()),
-            "the robot turns another wheel each time: repeat it",
+            "each wheel is turned once: run it again and watch both",
         ),
         Wiring::NoWheel(wheel) => (
             format!(

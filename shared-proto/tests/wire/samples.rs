@@ -203,7 +203,7 @@ pub fn telemetry() -> Telemetry {
             heading_urad: 2230,
             x_y: -120,
             x_heading: 80,
-            y_heading: 28_377,
+            y_heading: 7093,
         },
     }
 }

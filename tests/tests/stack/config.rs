@@ -22,7 +22,8 @@ fn written_is_in_use_saved_survives_and_factory_comes_back() {
         robot.session.write_config(&saved).await.expect("valid");
         assert!(robot.session.identify().await.expect("it answers").unsaved);
         robot.session.save_config().await.expect("writable");
-        assert!(!robot.session.identify().await.expect("it answers").unsaved);
+        let identity = robot.session.identify().await.expect("it answers");
+        assert_eq!((identity.config_origin, identity.unsaved), (ConfigOrigin::Saved, false));
         robot.session.write_config(&unsaved).await.expect("valid");
     });
     // Power off and on: the unsaved one is forgotten.

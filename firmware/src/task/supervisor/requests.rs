@@ -236,6 +236,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         saved.map_err(|_| Refusal::Store)?;
         self.saved.clone_from(&self.config);
         self.is_saved = true;
+        self.config_origin = ConfigOrigin::Saved;
         self.store_damaged = false;
         Ok(())
     }

@@ -6,12 +6,13 @@
 //! chip a few milliseconds: so the emulator may be some hundred times too slow, but not more.
 
 use std::path::PathBuf;
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use emulated_board::{Bench, Emulation};
-use host_link::Cancel;
 use host_link::listen::Listen;
 use host_link::motion::{self, Motion, RecordOptions};
+use host_link::{Cancel, Session};
 use shared_proto::WheelPair;
 use sim_link::{ClientLog, ServeError, ServeEvent, ServeOptions, Server};
 use sim_target::{Scenario, now_us, sleep_until_us};
@@ -51,7 +52,17 @@ impl Options {
     }
 }
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+fn main() -> ExitCode {
+    match serve() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn serve() -> Result<(), Box<dyn std::error::Error>> {
     let options = Options::parse()?;
     let image = std::env::var_os("BEELINE_IMAGE").ok_or("run this by `cargo xtask emulate`")?;
     let scenario = match &options.scenario {
@@ -63,11 +74,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cancel = Cancel::default();
     let asked = cancel.clone();
     ctrlc::set_handler(move || asked.request())?;
+    eprintln!("translating the image ...");
+    warm_up(Emulation::of(image.clone(), Scenario::default()), cancel.clone())?;
     let emulation = Emulation { flash, ..Emulation::of(image, scenario) };
     let (listen, camera) = (options.listen, options.camera);
-    let ended = emulation.run(move |mut bench: Bench| async move {
-        bench.session.cancel_by(&cancel);
-        warm_up(&mut bench).await.map_err(|error| error.to_string())?;
+    let ended = emulation.run(move |bench: Bench| async move {
         let listen = Listen::Tcp(listen);
         let options = ServeOptions { camera: camera.as_deref(), ..ServeOptions::default() };
         let server = Server::open(&listen, &options, bench.wire.clone(), bench.testbed.clone());
@@ -85,12 +96,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(ended.found?)
 }
 
-/// Exercises requests and a drive there and back, before a host connects.
+/// Exercises requests and a drive there and back, on a sound board of its own.
 ///
 /// The emulator translates code when the program first reaches it, which takes seconds in all. A host would
-/// run into its timeout of 1.5 s.
-async fn warm_up(bench: &mut Bench) -> host_link::Result<()> {
-    let session = &mut bench.session;
+/// run into its timeout of 1.5 s. What was translated is there for the next board of this program.
+fn warm_up(emulation: Emulation, cancel: Cancel) -> Result<(), Box<dyn std::error::Error>> {
+    let ended = emulation.run(move |mut bench: Bench| async move {
+        bench.session.cancel_by(&cancel);
+        exercise(&mut bench.session).await.map_err(|error| error.to_string())
+    })?;
+    Ok(ended.found?)
+}
+
+async fn exercise(session: &mut Session) -> host_link::Result<()> {
     session.open().await?;
     session.identify().await?;
     let config = session.read_config().await?;
@@ -99,7 +117,6 @@ async fn warm_up(bench: &mut Bench) -> host_link::Result<()> {
     for motion in [there, there.reversed()] {
         motion::drive(session, &motion, RecordOptions::default(), &mut |_| ()).await?;
     }
-    bench.testbed.place_at_start();
     Ok(())
 }
 

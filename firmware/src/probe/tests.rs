@@ -161,10 +161,12 @@ fn one_loose_edge_is_not_taken_for_a_movement() {
 
 #[test]
 fn interference_that_begins_between_two_ticks_is_not_taken_for_a_reversed_encoder() {
-    for first in [0, -3, -10] {
+    for first in [0, -3, -4, -6, -10] {
         let mut probe = Probe::new(&Config::default(), WheelPair::both(0), AHEAD, false);
         let counts = (1..).map(|tick| WheelPair::new(first - 20 * tick, 0));
-        let outcome = [WheelPair::both(0), WheelPair::new(first, 0)]
+        // Two counts of the wheel itself before.
+        let outcome = [0, 1, 2, 2 + first]
+            .map(|left| WheelPair::new(left, 0))
             .into_iter()
             .chain(counts)
             .map(|counts| probe.step(counts))

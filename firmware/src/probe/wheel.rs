@@ -24,6 +24,9 @@ const SLOW_SHARE: i64 = 5;
 const COUNTS_MIN: f64 = 3.0;
 /// Travel that tells a direction, against the backlash and shiver that fine encoders see \[m\].
 const TRAVEL_M_MIN: f64 = 0.0002;
+/// A count that has moved the wrong way is called reversed after this long \[ticks\]: interference that began within a tick,
+/// and so looked slow, is known for what it is by then.
+const AGAINST_TICKS: u32 = 3;
 /// Changes of the count that tell a movement from one loose edge.
 const CHANGES_MIN: u32 = 2;
 /// Changes that tell a line that is cut from a wheel that is blocked. With one line left an encoder on a turning
@@ -203,6 +206,8 @@ pub(super) struct WheelProbe {
     /// The lagging duty in (2).
     lagging: i64,
     held_ticks: u32,
+    /// The count has moved the wrong way for so long.
+    against_ticks: u32,
     /// The push is over, and the wheel rolls for this many ticks more.
     rolling: Option<u32>,
 }
@@ -220,6 +225,7 @@ impl WheelProbe {
             push: 0,
             lagging: 0,
             held_ticks: 0,
+            against_ticks: 0,
             rolling: None,
         }
     }
@@ -234,8 +240,13 @@ impl WheelProbe {
     /// One tick, with the wheel's own count and the other wheel's.
     pub fn step(&mut self, own: i64, other: i64) -> Push {
         let moved = self.own.moved(own).wrapping_mul(i64::from(self.sign));
-        if moved.saturating_abs() >= self.limits.counts && self.own.is_live() {
-            return if moved > 0 { Push::Passed } else { Push::Failed(Fault::EncoderReversed) };
+        if moved >= self.limits.counts && self.own.is_live() {
+            return Push::Passed;
+        }
+        let against = moved <= -self.limits.counts && self.own.is_live();
+        self.against_ticks = if against { self.against_ticks + 1 } else { 0 };
+        if self.against_ticks >= AGAINST_TICKS {
+            return Push::Failed(Fault::EncoderReversed);
         }
         if self.push == 0 {
             // Whatever the other wheel does before the push is not its effect.

@@ -24,10 +24,6 @@ mod memory;
 /// So many cores are kept when no board uses them: as many as there are boards at once.
 const KEPT_MAX: usize = 4;
 
-/// A core serves so many boards. Of 2,000 lives in a row one ran on without end, twice, after some 700 with the same core; no
-/// life by itself does. What a core gathers in so many is not known, and to begin anew now and then costs nothing.
-const LIVES_MAX: u32 = 200;
-
 /// Cores that no board uses, in the state of one that was just made, without watches.
 static KEPT: Mutex<Vec<Core>> = Mutex::new(Vec::new());
 
@@ -56,15 +52,13 @@ struct Core {
     memory: BTreeMap<u64, Mapping>,
     /// The memory may have changed without the processor's knowledge since it was last copied.
     may_differ: bool,
-    /// Boards that it has served.
-    lives: u32,
 }
 
 impl Core {
     fn made(make: &ProcessorConstructor, endian: Endian) -> Result<Self, Error> {
         let processor = make(endian)?;
         let (twin, made) = (make(endian)?, processor.save());
-        Ok(Self { processor, twin, made, memory: BTreeMap::new(), may_differ: false, lives: 0 })
+        Ok(Self { processor, twin, made, memory: BTreeMap::new(), may_differ: false })
     }
 
     /// Notes what the memory holds now, before it changes without the processor's knowledge.
@@ -136,8 +130,7 @@ impl Drop for Used {
         core.copy_memory();
         let Core { processor, memory, .. } = &mut core;
         memory.values_mut().for_each(|mapping| mapping.map_copy(&mut **processor));
-        core.lives += 1;
-        let as_new = core.processor.load(&core.made).is_ok() && core.lives < LIVES_MAX;
+        let as_new = core.processor.load(&core.made).is_ok();
         let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
         if as_new && !std::thread::panicking() && kept.len() < KEPT_MAX {
             kept.push(core);

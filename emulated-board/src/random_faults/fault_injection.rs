@@ -120,7 +120,8 @@ impl World {
         let until_us = now_us() + 1000 * u64::from(ms);
         let mut noise = 1_u64;
         while now_us() < until_us {
-            while self.monitor.waiting() < WAITING {
+            // A line that is cut takes all and keeps nothing waiting.
+            while self.monitor.waiting() < WAITING && now_us() < until_us {
                 // Every byte there is, and a zero at the end: else the host's next frame would be part of it.
                 let mut bytes = [0; 100];
                 for byte in &mut bytes[..99] {

@@ -119,6 +119,11 @@ fn promises(case: &Case, observed: &Observed) -> Vec<(Promise, Driven)> {
             let instant = FaultInstant::new(case, &observed.timeline, happened.at_us);
             let mut promise = Promise::of(happened.kind, case, &instant);
             let driven = driven_after(happened, observed);
+            // A wheel that turns backwards and counts backwards follows its setpoint: no check of the robot's own can see it.
+            if observed.happened.iter().any(|other| cancel(happened.kind, other.kind)) {
+                promise.bound = MotorsOff::NotNeeded;
+                promise.names.push(Name::Harmless);
+            }
             // As when something else had cut the line before: what shows in a motion alone could not show.
             if !driven.at_all && happened.kind.shows_in_motion_only() {
                 promise.names.push(Name::Harmless);
@@ -153,6 +158,15 @@ fn names(observed: &Observed) -> Vec<Name> {
         names.push(Name::Harmless);
     }
     names
+}
+
+/// Whether the loop is as it was with both.
+fn cancel(one: FaultKind, other: FaultKind) -> bool {
+    match (one, other) {
+        (FaultKind::MotorReversed(a), FaultKind::EncoderSwapped(b))
+        | (FaultKind::EncoderSwapped(a), FaultKind::MotorReversed(b)) => a == b,
+        _ => false,
+    }
 }
 
 /// What only two things at once are called.

@@ -1,6 +1,6 @@
 //! What the robot was doing when a fault happened, on which the fault's name and its bound depend.
 
-use shared_proto::{Fault, Wheel, WheelPair};
+use shared_proto::Fault;
 
 use super::bound::{MotorsOff, Name};
 use super::draw::{CRUISE_S, Case, Phase};
@@ -36,16 +36,8 @@ pub struct FaultInstant {
     stopping: bool,
     /// Time until the slower wheel's setpoint has advanced by [`SHOWN_M`] \[ms\].
     shown_ms: Option<f64>,
-    /// How far the slower wheel's setpoint has advanced \[m\].
-    advanced_m: f64,
     /// Time until the motion is over and has settled \[ms\].
     end_ms: f64,
-    /// Time until the setpoint brakes, below zero once it does \[ms\].
-    brakes_ms: f64,
-    /// The slower wheel's setpoint \[m/s\].
-    speed_mps: f64,
-    /// How far the wheels were from their setpoints at last \[um\].
-    error_um: WheelPair<i32>,
 }
 
 /// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
@@ -59,12 +51,6 @@ const END_MS: f64 = 290.0;
 const SILENCE_MS: f64 = 200.0;
 /// What the host's view of an instant may be off by: a frame of telemetry, and ten ticks of planning \[ms\].
 const VIEW_MS: f64 = 25.0;
-/// Ten counts of the paper's encoder \[m\].
-const FEW_COUNTS_M: f64 = 0.0025;
-/// A wheel that loses its current at this speed stands after a millimetre or two \[m/s\].
-const SLOW_MPS: f64 = 0.06;
-/// What the firmware takes for arrived after all, if no fault is to be raised \[um\].
-const ARRIVED_UM: u32 = 2000;
 /// The firmware's tasks look at their inputs from then on \[us\].
 const STARTED_US: u64 = 40_000;
 
@@ -101,39 +87,14 @@ impl FaultInstant {
             commanded_us: timeline.commanded_us.unwrap_or(u64::MAX),
             moves_later: moves_later || case.phase == Phase::Standing,
             stopping,
-            advanced_m: motion.advanced_m(at_us),
             shown_ms: motion.shown_us(at_us).map(|us| (us - at_us as f64) / 1000.0),
             end_ms: (end_us - at_us as f64) / 1000.0,
-            brakes_ms: (motion.brakes_us() - at_us as f64) / 1000.0,
-            speed_mps: motion.speed_mps(at_us as f64),
-            error_um: timeline.error_um,
         }
     }
 
     /// Whether the robot had answered no hello yet, and the host armed it later: what restarts it now, the host never knows of.
     pub fn is_before_the_host(&self) -> bool {
         self.at_us < self.opened_us && self.armed_us != u64::MAX
-    }
-
-    /// Whether so little of a motion is over that an encoder has hardly counted: what the count would have done, nothing
-    /// tells.
-    pub fn has_hardly_moved(&self) -> bool {
-        self.situation == Situation::Moving && self.advanced_m < FEW_COUNTS_M
-    }
-
-    /// Whether the setpoint brakes within this time, or brakes already. Then when the motion is over and has settled \[ms\].
-    pub fn brakes_within(&self, ms: f64) -> Option<f64> {
-        (self.situation == Situation::Moving && self.brakes_ms < ms).then_some(self.end_ms)
-    }
-
-    /// Whether a wheel without current stands after a few counts.
-    pub fn is_slow(&self) -> bool {
-        self.situation == Situation::Moving && self.speed_mps < SLOW_MPS
-    }
-
-    /// Whether the wheel ended so near its setpoint that nothing was missing.
-    pub fn arrived(&self, wheel: Wheel) -> bool {
-        self.situation == Situation::Moving && self.error_um.get(wheel).unsigned_abs() < ARRIVED_UM
     }
 
     /// Whether the motors were off and the core could stand as long as it liked.
@@ -277,23 +238,12 @@ impl Progress {
         }
     }
 
-    fn brakes_us(&self) -> f64 {
-        self.stop_us.unwrap_or(self.begin_us + (self.ramp_s + CRUISE_S) * 1e6)
-    }
-
     fn speed_mps(&self, at_us: f64) -> f64 {
         let s = (at_us - self.begin_us) * 1e-6;
         let left_s = (self.end_us() - at_us) * 1e-6;
         let ramp_s = self.stop_us.map_or(self.ramp_s, |_| self.cruise_mps / STOP_MPS2);
         let ramp = (s / self.ramp_s).min(left_s / ramp_s).clamp(0.0, 1.0);
         self.share * self.cruise_mps * ramp
-    }
-
-    /// How far the setpoint has advanced.
-    fn advanced_m(&self, at_us: u64) -> f64 {
-        let steps = ((at_us as f64 - self.begin_us) / STEP_US).max(0.0) as u32;
-        let speeds = (0..steps).map(|n| self.speed_mps(self.begin_us + f64::from(n) * STEP_US));
-        speeds.sum::<f64>() * STEP_US * 1e-6
     }
 
     /// When the setpoint will have advanced by [`SHOWN_M`].

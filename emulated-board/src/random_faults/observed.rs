@@ -33,8 +33,6 @@ pub struct Timeline {
     pub latched_us: Option<u64>,
     /// The host was about to disarm the robot.
     pub over_us: Option<u64>,
-    /// How far the wheels were from their setpoints in the newest frame of a motion \[um\].
-    pub error_um: WheelPair<i32>,
 }
 
 /// What was seen.

@@ -153,9 +153,8 @@ fn pushed(ms: f64, moving: bool) -> MotorsOff {
 /// A count that stands tells nothing before the setpoint advances. The encoder check is bounded by the way.
 fn unplugged(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
     let mut names = vec![Name::Fault(Fault::EncoderDead(wheel))];
-    // A plug that is pulled after the first counts, of the check or of a motion, looks like a wheel that is held from
-    // then on: how fast it turned has hardly shown.
-    if case.phase == Phase::Check || instant.has_hardly_moved() {
+    if case.phase == Phase::Check {
+        // A plug that is pulled after the first counts looks like a wheel that is held from then on.
         names.push(Name::Fault(Fault::Stall(wheel)));
     }
     instant.of_wheel(PROTECTION_MS, blind, names)
@@ -165,19 +164,7 @@ fn unplugged(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, V
 fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
     let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
     let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
-    let (bound, mut names) = instant.of_wheel(ms, pushed, stalls(wheel, slow, instant));
-    // While the setpoint brakes, the wheel rolls out along with it. What it is off shows when it stands.
-    let Some(end_ms) = instant.brakes_within(ms) else { return (bound, names) };
-    if instant.arrived(wheel) {
-        names.push(Name::Harmless);
-    }
-    if instant.is_slow() {
-        names.push(Name::Fault(Fault::EncoderDead(wheel)));
-    }
-    match bound {
-        MotorsOff::Within(ms) => (MotorsOff::Within(ms.max(end_ms)), names),
-        _ => (bound, names),
-    }
+    instant.of_wheel(ms, pushed, stalls(wheel, slow, instant))
 }
 
 /// A wheel that its motor no longer turns.

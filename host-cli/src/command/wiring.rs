@@ -44,7 +44,7 @@ pub(super) fn run(common: &Common) -> Result<()> {
             ROLL_M * 100.0
         ));
         let ready =
-            Question::new("The wheels are free").choices(READY, ": Enter to begin").not_typed();
+            Question::new("Are the wheels free?").choices(READY, "(Enter to begin)").not_typed();
         if !ui::ask(&ready, &session.clock()).await?.is_empty() {
             return Err(Error::interrupted("nothing was driven"));
         }

@@ -123,7 +123,7 @@ impl Trajectory {
         self.phase(self.phase_at(elapsed, 0)).at(elapsed)
     }
 
-    /// The phase that holds at `elapsed`, at or after phase `from`.
+    /// The phase that holds at `elapsed`, below 2^31, at or after phase `from`.
     fn phase_at(&self, elapsed: u32, from: usize) -> usize {
         let mut phase = from;
         while self.phase(phase).end_tick <= elapsed {

@@ -30,6 +30,18 @@ enum Mishap {
     Shoved(f64, u32),
     /// The count jumps.
     Glitch(i64),
+    /// No current reaches the motor: friction alone slows it down.
+    LeadCut,
+}
+
+/// What a wheel and its motor are like.
+#[derive(Clone, Copy, Debug)]
+struct Motor {
+    /// Duty to overcome friction.
+    friction: f64,
+    /// Duty per speed \[s/m\].
+    duty_per_mps: f64,
+    time_constant_s: f64,
 }
 
 /// A wheel on the closed loop: first-order motor with friction, quantised encoder.
@@ -44,34 +56,37 @@ struct Bench {
     noise: u64,
     /// Of a hand that pushes.
     shoved_ms: u32,
+    motor: Motor,
     pid: PidState,
     estimator: SpeedEstimator,
 }
 
-/// Duty to overcome friction, and per speed, a tenth off the configured feedforward.
-const FRICTION: f64 = 0.044;
-const DUTY_PER_MPS: f64 = 1.85;
-const TIME_CONSTANT_S: f64 = 0.06;
+/// A tenth off the configured feedforward.
+const MOTOR: Motor = Motor { friction: 0.044, duty_per_mps: 1.85, time_constant_s: 0.06 };
 
 impl Bench {
     fn physics(&mut self, duty: f64, mishap: Mishap) {
+        let Motor { friction: friction_max, duty_per_mps, time_constant_s } = self.motor;
         let hand = match mishap {
             Mishap::Shoved(mps2, ms) if self.shoved_ms < ms => {
                 self.shoved_ms += 1;
-                mps2 * DUTY_PER_MPS * TIME_CONSTANT_S
+                mps2 * duty_per_mps * time_constant_s
             }
             _ => 0.0,
         };
         // Ten steps a tick.
         for _ in 0..10 {
-            let push = duty + hand - DUTY_PER_MPS * self.speed_mps;
+            let push = match mishap {
+                Mishap::LeadCut => 0.0,
+                _ => duty + hand - duty_per_mps * self.speed_mps,
+            };
             let friction = if self.speed_mps == 0.0 {
-                push.clamp(-FRICTION, FRICTION)
+                push.clamp(-friction_max, friction_max)
             } else {
-                FRICTION * self.speed_mps.signum()
+                friction_max * self.speed_mps.signum()
             };
             let mut next =
-                self.speed_mps + (push - friction) / DUTY_PER_MPS / TIME_CONSTANT_S * 1e-4;
+                self.speed_mps + (push - friction) / duty_per_mps / time_constant_s * 1e-4;
             if next * self.speed_mps < 0.0 {
                 next = 0.0
             }
@@ -130,6 +145,18 @@ fn run(
     mishap_ms: u32,
     after_ms: u32,
 ) -> Option<(Fault, u32)> {
+    run_motor(MOTOR, config, drives, mishap, mishap_ms, after_ms)
+}
+
+/// The same with other motors.
+fn run_motor(
+    motor: Motor,
+    config: &Config,
+    drives: &[Drive],
+    mishap: Mishap,
+    mishap_ms: u32,
+    after_ms: u32,
+) -> Option<(Fault, u32)> {
     let odometry = Odometry::new(config);
     let gains = Gains::new(config, Wheel::Left);
     let mut benches = odometry.meters_per_count().map(|q| Bench {
@@ -141,6 +168,7 @@ fn run(
         floating: (0, 0),
         noise: 1,
         shoved_ms: 0,
+        motor,
         pid: PidState::default(),
         estimator: SpeedEstimator::new(q, 0),
     });
@@ -313,6 +341,62 @@ fn a_line_that_floats_while_the_robot_brakes_is_named_although_the_setpoint_hard
         let (fault, after_ms) = run(&config, &[drive], Mishap::LineFloats, mishap_ms, 250).unwrap();
         assert_eq!(fault, Fault::EncoderDead(Wheel::Left), "{before_ms}");
         assert!(after_ms <= 150, "{before_ms}: {after_ms} ms");
+    }
+}
+
+#[test]
+fn a_line_that_floats_when_a_motion_starts_is_named_before_10_mm() {
+    let config = Config::default();
+    for mishap_ms in 0..60 {
+        let drive = metres(0.1, 0.1, 0.1, 0.98);
+        let (fault, after_ms) = run(&config, &[drive], Mishap::LineFloats, mishap_ms, 250).unwrap();
+        assert_eq!(fault, Fault::EncoderDead(Wheel::Left), "{mishap_ms}");
+        // 10 mm at 0.98 m/s^2 to 0.1 m/s, as the setpoint goes: 150 ms; the wheel may be 2 mm ahead of it.
+        assert!(after_ms <= 130, "{mishap_ms}: {after_ms} ms");
+    }
+}
+
+#[test]
+fn a_loop_that_oscillates_has_no_dead_encoder() {
+    let mut config = Config::default();
+    for counts in [600.0, 2797.0, 20_000.0] {
+        config.encoder.left.counts_per_rev = counts;
+        config.encoder.right.counts_per_rev = counts;
+        for (kp, kd) in [(4.0, 1.0), (16.0, 1.0), (64.0, 1.0), (1.0, 10.0), (1.0, 40.0)] {
+            config.pid = Config::default().pid;
+            config.pid.kp_per_m *= kp;
+            config.pid.kd_s_per_m *= kd;
+            let found = run(&config, &[metres(0.3, 0.3, 0.1, 0.5)], Mishap::None, NEVER, 1000);
+            let dead = found.is_some_and(|(fault, _)| matches!(fault, Fault::EncoderDead(_)));
+            assert!(!dead, "{counts} counts, kp {kp}, kd {kd}");
+        }
+    }
+}
+
+#[test]
+fn a_plug_that_is_pulled_at_the_first_counts_is_a_dead_encoder() {
+    let config = Config::default();
+    for mishap_ms in 30..80 {
+        let drive = metres(0.1, 0.1, 0.11, 0.78);
+        let found = run(&config, &[drive], Mishap::EncoderUnplugged, mishap_ms, 250);
+        assert_eq!(found.map(|(fault, _)| fault), Some(Fault::EncoderDead(Wheel::Left)));
+    }
+}
+
+#[test]
+fn a_motor_that_loses_a_lead_late_in_a_stop_is_no_dead_encoder() {
+    let config = Config::default();
+    let motor = Motor { friction: 0.1, ..MOTOR };
+    let (cruise, stop_mps2) = (0.1, 0.2);
+    let end_ms = ((0.3 / cruise + cruise / stop_mps2) * 1000.0) as u32;
+    // It rolls on for two counts and more.
+    for before_ms in 230..320 {
+        let drive = metres(0.3, 0.3, cruise, stop_mps2);
+        let mishap_ms = end_ms - before_ms;
+        let found = run_motor(motor, &config, &[drive], Mishap::LeadCut, mishap_ms, 1000);
+        let (fault, after_ms) = found.unwrap();
+        assert_eq!(fault, Fault::Stall(Wheel::Left), "{before_ms} ms before the end");
+        assert!(after_ms <= 450, "{before_ms}: {after_ms} ms");
     }
 }
 

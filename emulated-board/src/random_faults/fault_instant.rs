@@ -1,6 +1,6 @@
 //! What the robot was doing when a fault happened, on which the fault's name and its bound depend.
 
-use shared_proto::Fault;
+use shared_proto::{Fault, Wheel, WheelPair};
 
 use super::bound::{MotorsOff, Name};
 use super::draw::{CRUISE_S, Case, Phase};
@@ -38,6 +38,12 @@ pub struct FaultInstant {
     shown_ms: Option<f64>,
     /// Time until the motion is over and has settled \[ms\].
     end_ms: f64,
+    /// Time until the setpoint brakes, below zero once it does \[ms\].
+    brakes_ms: f64,
+    /// The wheels' setpoints \[m/s\].
+    speed_mps: WheelPair<f64>,
+    /// How far the wheels were from their setpoints at last \[um\].
+    error_um: WheelPair<i32>,
 }
 
 /// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
@@ -51,6 +57,8 @@ const END_MS: f64 = 290.0;
 const SILENCE_MS: f64 = 200.0;
 /// What the host's view of an instant may be off by: a frame of telemetry, and ten ticks of planning \[ms\].
 const VIEW_MS: f64 = 25.0;
+/// What the firmware takes for arrived after all, if no fault is to be raised \[um\].
+const ARRIVED_UM: u32 = 2000;
 /// The firmware's tasks look at their inputs from then on \[us\].
 const STARTED_US: u64 = 40_000;
 
@@ -89,7 +97,22 @@ impl FaultInstant {
             stopping,
             shown_ms: motion.shown_us(at_us).map(|us| (us - at_us as f64) / 1000.0),
             end_ms: (end_us - at_us as f64) / 1000.0,
+            brakes_ms: (motion.brakes_us() - at_us as f64) / 1000.0,
+            speed_mps: motion.wheels_mps(at_us as f64),
+            error_um: timeline.error_um,
         }
+    }
+
+    /// For a wheel that may turn freely from here on: its setpoint's speed, if that brakes within this time or brakes already
+    /// \[m/s\].
+    pub fn rolls_out(&self, wheel: Wheel, within_ms: f64) -> Option<f64> {
+        let brakes = self.situation == Situation::Moving && self.brakes_ms < within_ms;
+        brakes.then(|| *self.speed_mps.get(wheel))
+    }
+
+    /// Whether the wheel ended so near its setpoint that nothing was missing.
+    pub fn arrived(&self, wheel: Wheel) -> bool {
+        self.situation == Situation::Moving && self.error_um.get(wheel).unsigned_abs() < ARRIVED_UM
     }
 
     /// Whether the robot had answered no hello yet, and the host armed it later: what restarts it now, the host never knows of.
@@ -208,8 +231,8 @@ struct Progress {
     begin_us: f64,
     cruise_mps: f64,
     ramp_s: f64,
-    /// The slower wheel's share.
-    share: f64,
+    /// The wheels' shares of the speed.
+    shares: WheelPair<f64>,
     stop_us: Option<f64>,
 }
 
@@ -221,12 +244,12 @@ const STEP_US: f64 = 1000.0;
 impl Progress {
     fn new(case: &Case, begin_us: u64, stop_us: Option<u64>) -> Self {
         let distance = case.motion.distance.map(f64::abs);
-        let share = distance.left.min(distance.right) / distance.left.max(distance.right);
+        let longest = distance.left.max(distance.right);
         Self {
             begin_us: begin_us as f64,
             cruise_mps: case.motion.cruise,
             ramp_s: case.motion.ramp_s(),
-            share,
+            shares: distance.map(|m| m / longest),
             stop_us: stop_us.map(|us| us as f64),
         }
     }
@@ -238,12 +261,22 @@ impl Progress {
         }
     }
 
-    fn speed_mps(&self, at_us: f64) -> f64 {
+    fn brakes_us(&self) -> f64 {
+        self.stop_us.unwrap_or(self.begin_us + (self.ramp_s + CRUISE_S) * 1e6)
+    }
+
+    fn wheels_mps(&self, at_us: f64) -> WheelPair<f64> {
         let s = (at_us - self.begin_us) * 1e-6;
         let left_s = (self.end_us() - at_us) * 1e-6;
         let ramp_s = self.stop_us.map_or(self.ramp_s, |_| self.cruise_mps / STOP_MPS2);
         let ramp = (s / self.ramp_s).min(left_s / ramp_s).clamp(0.0, 1.0);
-        self.share * self.cruise_mps * ramp
+        self.shares.map(|share| share * self.cruise_mps * ramp)
+    }
+
+    /// The slower wheel's.
+    fn speed_mps(&self, at_us: f64) -> f64 {
+        let WheelPair { left, right } = self.wheels_mps(at_us);
+        left.min(right)
     }
 
     /// When the setpoint will have advanced by [`SHOWN_M`].

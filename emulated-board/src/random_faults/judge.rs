@@ -100,6 +100,7 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
             wrong.push(format!("no fault, and the motion's end is {:?}", observed.motion_end));
         }
     }
+    wrong.extend(next_motion(&names, observed));
     let first = observed.happened[0];
     let bound_ms = match promises[0].0.bound {
         MotorsOff::Within(ms) if observed.happened.len() == 1 => Some(ms),
@@ -108,6 +109,17 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
     let Driven { ms, at_all, .. } = promises[0].1;
     let situation = FaultInstant::new(case, &observed.timeline, first.at_us).situation;
     Verdict { names, off_ms: ms, bound_ms, was_driven: at_all, situation, wrong }
+}
+
+/// A lead that nothing was missing of is named by the next motion: its check, or the motion itself.
+fn next_motion(names: &[Name], observed: &Observed) -> Option<String> {
+    let [Happened { kind: FaultKind::MotorCut(wheel), .. }] = observed.happened[..] else {
+        return None;
+    };
+    let driven = names.contains(&Name::Harmless) && observed.timeline.commanded_us.is_some();
+    let allowed = [Fault::Stall(wheel), Fault::EncoderDead(wheel)];
+    let named = observed.next_fault.is_some_and(|fault| allowed.contains(&fault));
+    (driven && !named).then(|| format!("the next motion called it {:?}", observed.next_fault))
 }
 
 /// What is promised for each thing that happened, and what the motors did after it.

@@ -33,6 +33,8 @@ pub struct Timeline {
     pub latched_us: Option<u64>,
     /// The host was about to disarm the robot.
     pub over_us: Option<u64>,
+    /// How far the wheels were from their setpoints in the newest frame of a motion \[um\].
+    pub error_um: WheelPair<i32>,
 }
 
 /// What was seen.
@@ -50,6 +52,8 @@ pub struct Observed {
     pub cause: Option<ResetCause>,
     /// The latched fault.
     pub fault: Option<Fault>,
+    /// Where nothing was latched and a motor has no current: what the next motion latched.
+    pub next_fault: Option<Fault>,
     /// How the last motion ended.
     pub motion_end: Option<MotionEnd>,
     /// What is wrong besides: driven again, not latched, not to be cleared, of no use afterwards.

@@ -21,9 +21,12 @@ pub struct Promise {
 const PROTECTION_MS: f64 = 100.0;
 /// A wheel without current rolls out first \[ms\] (docs/safety.md, at the paper's cruise).
 const ROLL_OUT_MS: f64 = 250.0;
-/// From a higher speed it rolls until it is 20 mm from its setpoint: at 0.2 m/s^2, the deceleration of the robot
-/// with the least friction and the largest load, sqrt(2 x 0.02 / 0.2) \[ms\].
+/// From a higher speed it rolls until it is 20 mm from its setpoint: sqrt(2 x 0.02 / 0.2) \[ms\], at
 const ROLL_FAR_MS: f64 = 450.0;
+/// the deceleration of the robot with the least friction and the largest load \[m/s^2\].
+const COASTS_MPS2: f64 = 0.2;
+/// A wheel that stands off its target is named after two stall times; and a look at it \[ms\].
+const STANDS_MS: f64 = 130.0;
 const PAPERS_CRUISE_MPS: f64 = 0.12;
 /// Both wheels' encoder checks, with a push to the end of each: half of ks to the largest duty in 0.8 s, held for
 /// 7 stall times of 60 ms, 40 ticks to roll; and a start time of 250 ms that is waited for \[ms\].
@@ -160,11 +163,22 @@ fn unplugged(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, V
     instant.of_wheel(PROTECTION_MS, blind, names)
 }
 
-/// A motor without current.
+/// A motor without current. While its setpoint brakes, the wheel may roll out along with it: what it is off shows at the latest
+/// once it stands. If that is nothing, the next motion names it (`judge`).
 fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
     let slow = case.motion.cruise <= PAPERS_CRUISE_MPS;
     let ms = if slow { ROLL_OUT_MS } else { ROLL_FAR_MS };
-    instant.of_wheel(ms, pushed, stalls(wheel, slow, instant))
+    let (bound, mut names) = instant.of_wheel(ms, pushed, stalls(wheel, slow, instant));
+    let Some(speed_mps) = instant.rolls_out(wheel, ms) else { return (bound, names) };
+    if instant.arrived(wheel) {
+        names.push(Name::Harmless);
+    }
+    match bound {
+        MotorsOff::Within(ms) => {
+            (MotorsOff::Within(ms.max(speed_mps / COASTS_MPS2 * 1000.0 + STANDS_MS)), names)
+        }
+        _ => (bound, names),
+    }
 }
 
 /// A wheel that its motor no longer turns.

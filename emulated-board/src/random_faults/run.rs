@@ -8,7 +8,7 @@ use std::time::Duration;
 use futures_lite::future;
 use host_link::motion::Motion;
 use host_link::session::Session;
-use shared_proto::{Command, MotionEnd, Refusal, State, TravelUnit, WheelPair};
+use shared_proto::{Command, MotionEnd, MotionId, Refusal, State, TravelUnit, WheelPair};
 use sim_target::{now_us, sleep_until_us};
 
 use super::draw::Case;
@@ -180,11 +180,36 @@ impl After<'_> {
         self.observed.motion_end = status.motion_end;
         let identity = self.session.identify().await.map_err(|error| error.to_string())?;
         self.observed.cause = Some(identity.reset_cause);
-        if let Some(report) = status.fault {
-            self.must_be_latched(report.number).await?;
+        let mut latched = status.fault.map(|report| report.number);
+        if let Some(number) = latched {
+            self.must_be_latched(number).await?;
+        } else if self.a_motor_has_no_current() {
+            latched = self.drive_on().await?;
         }
-        self.mend(status.fault.map(|report| report.number)).await?;
+        self.mend(latched).await?;
         self.drive_again().await
+    }
+
+    fn a_motor_has_no_current(&self) -> bool {
+        let happened = &self.observed.happened;
+        let cut = |happened: &Happened| matches!(happened.kind, FaultKind::MotorCut(_));
+        matches!(happened[..], [only] if cut(&only))
+            && self.observed.timeline.commanded_us.is_some()
+    }
+
+    /// Drives once more with what is broken; notes the fault, and returns its number.
+    async fn drive_on(&mut self) -> Result<Option<u32>, String> {
+        self.rest().await?;
+        if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
+            return Err(format!("cannot be armed: {refusal:?}"));
+        }
+        let motion = self.session.new_motion();
+        if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
+            return Err(format!("does not drive: {refusal:?}"));
+        }
+        let status = self.until_it_ends(motion).await?;
+        self.observed.next_fault = status.fault.map(|report| report.fault);
+        Ok(status.fault.map(|report| report.number))
     }
 
     async fn status(&mut self) -> Result<shared_proto::Status, String> {
@@ -252,6 +277,20 @@ impl After<'_> {
         Ok(())
     }
 
+    /// Renews a motion until it ends.
+    async fn until_it_ends(&mut self, motion: MotionId) -> Result<shared_proto::Status, String> {
+        let mut status = self.status().await?;
+        for _ in 0..130 {
+            if status.state != State::Driving {
+                break;
+            }
+            let _ = self.ask(Command::Renew { motion }).await?;
+            self.listen(30).await?;
+            status = self.status().await?;
+        }
+        Ok(status)
+    }
+
     async fn listen(&mut self, ms: u64) -> Result<(), String> {
         self.session.listen(Duration::from_millis(ms)).await.map_err(|error| error.to_string())
     }
@@ -270,15 +309,7 @@ impl After<'_> {
         if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
             return Err(format!("does not drive again: {refusal:?}"));
         }
-        let mut status = self.status().await?;
-        for _ in 0..130 {
-            if status.state != State::Driving {
-                break;
-            }
-            let _ = self.ask(Command::Renew { motion }).await?;
-            self.listen(30).await?;
-            status = self.status().await?;
-        }
+        let status = self.until_it_ends(motion).await?;
         if status.motion_end != Some(MotionEnd::Completed) {
             return Err(format!("drives no more: {:?}, {:?}", status.state, status.fault));
         }

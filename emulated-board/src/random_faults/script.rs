@@ -113,6 +113,9 @@ impl Script<'_> {
             self.keep_alive(id, &mut renewed_us).await?;
             self.session.listen(Duration::from_micros(LOOK_US)).await?;
             for frame in self.session.take_all_telemetry().collect::<Vec<_>>() {
+                if matches!(frame.state, State::Driving | State::Stopping) && !frame.probing {
+                    self.timeline.error_um = frame.wheels.map(|wheel| wheel.error_um);
+                }
                 if frame.probing && !checked {
                     checked = true;
                     self.mark(Phase::Check);

@@ -7,7 +7,7 @@
 //! | fault | when |
 //! | --- | --- |
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
-//! | `EncoderDead` | the count turns round 8 times in about a stall time, and is 6 counts and 15 % of the permitted following error off |
+//! | `EncoderDead` | the count turns round 5 times, each time within a stall time of the last, by 0.2 mm in a tick, and not back to the count before |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
 //! | `EncoderReversed` | the count has run against the setpoint, or away from one at rest, for at least 6 counts and 5 % of the permitted following error, faster and faster, and as far as the duty against it would have driven the wheel the other way |
 //! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
@@ -16,14 +16,17 @@
 //! | `FollowingError` | the error is above its limit, and none of the above explains it |
 //!
 //! A count that stops means a dead encoder if, through its last 2 counts and 4 ticks, the wheel ran at two
-//! thirds of the setpoint's speed or more: a wheel has mass and slows down before it stands. Otherwise the
-//! wheel is stalled. (A jam that stops a wheel within 2 counts looks like a dead wire.) A count that has
-//! never moved also means a dead encoder.
+//! thirds of the setpoint's speed or more, and, compared with the setpoint, through the last two counts at three quarters
+//! of its speed through the two before: a wheel has mass and slows down before it stands. Otherwise the wheel is stalled.
+//! (A jam that stops a wheel within 2 counts looks like a dead wire.) In a motion's first four counts it means a dead
+//! encoder as well if the last one took two thirds of the time of the one before, or less. A count that has never moved
+//! also means a dead encoder.
 //!
 //! A count that goes back to what it was before its last change stands: an encoder with one line counts up and down.
 //!
 //! A slow setpoint takes long for 2 mm, so starting from rest and reversing raise no fault.
 
+mod last_changes;
 mod runaway;
 mod sample;
 mod thresholds;
@@ -119,7 +122,7 @@ impl Protection {
             (None, None) => None,
             (left, right) => {
                 let (wheel, fault) = WheelPair::new(left, right).first_some()?;
-                Some(fault(wheel))
+                Some(fault.of(wheel))
             }
         }
     }

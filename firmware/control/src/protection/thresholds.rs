@@ -82,14 +82,15 @@ impl WheelThresholds {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
         let steps = |m: f64| saturate_i32(truncate(m, POSITION_BITS));
-        let at_least = |counts: f64, m: f64| steps(max(counts * q_m, m));
         let error_m_max = config.protection.following_error_m_max;
         let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
         let ks = max(ks_forward, ks_backward);
         // Of a step of travel in a duty of 2^-30.
         let share = hz * f64::from(1 << (I2F30::FRAC_NBITS - POSITION_BITS));
         let error_max = steps(error_m_max);
-        let (resting_error, standing_advance) = (steps(4.0 * q_m), at_least(4.0, 0.002));
+        let four_counts = steps(4.0 * q_m);
+        let six_counts = four_counts / 2 * 3;
+        let standing_advance = four_counts.max(steps(0.002));
         let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
         Self {
             error_max,
@@ -97,15 +98,15 @@ impl WheelThresholds {
             stall_ticks,
             checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
             standing_advance,
-            creeping_advance: at_least(8.0, 0.004),
-            reversed_run: at_least(6.0, 0.15 * error_m_max),
-            runaway: at_least(6.0, 0.05 * error_m_max),
+            creeping_advance: 2 * standing_advance,
+            reversed_run: six_counts.max(error_max / 20 * 3),
+            runaway: six_counts.max(error_max / 20),
             friction: nearest(ks, I2F30::FRAC_NBITS),
             speed_cost: nearest(kv * share, 8),
             acceleration_cost: nearest(ka * share * hz, 0),
-            resting_error,
+            resting_error: four_counts,
             resting_duty: nearest(ks + 0.1, I2F30::FRAC_NBITS) as u32,
-            quiet: QuietBounds::new(error_max, resting_error, standing_advance),
+            quiet: QuietBounds::new(error_max, four_counts, standing_advance),
         }
     }
 }

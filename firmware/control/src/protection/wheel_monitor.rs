@@ -2,37 +2,45 @@
 
 use shared_proto::{Fault, Wheel};
 
+use super::last_changes::{Change, LastChanges};
 use super::runaway::Run;
 use super::sample::{Positions, WheelSample, position};
 use super::thresholds::{CHECKPOINTS_LEN, QuietBounds, WheelThresholds};
 
-/// A kind of fault that needs a wheel.
-pub type WheelFault = fn(Wheel) -> Fault;
-
-/// A change of the count.
-#[derive(Clone, Copy, Debug, Default)]
-struct Change {
-    tick: u32,
-    counts: u32,
-    positions: Positions,
+/// What a monitor finds.
+#[derive(Clone, Copy, Debug)]
+pub enum WheelFault {
+    CountRate,
+    EncoderDead,
+    EncoderReversed,
+    Stall,
+    FollowingError,
 }
 
-/// Changes kept, so that 4 ticks are covered at one change a tick; a power of two.
-const CHANGES_LEN: usize = 8;
-/// Counts and ticks over which the rate before a standstill is taken.
-///
-/// Few, to see a wheel slow down over about 4 counts. At 2 ms per count, as at the paper's cruise, one tick
-/// of quantisation is a quarter of the time; the factor of two thirds allows for that.
-const LAST_COUNTS: u32 = 2;
-const LAST_TICKS: u32 = 4;
-/// Changes over which the speed of a wheel is taken that turns the wrong way.
-const LATELY: usize = 4;
+impl WheelFault {
+    /// The fault of this wheel.
+    #[cold]
+    #[inline(never)]
+    pub fn of(self, wheel: Wheel) -> Fault {
+        match self {
+            Self::CountRate => Fault::CountRate(wheel),
+            Self::EncoderDead => Fault::EncoderDead(wheel),
+            Self::EncoderReversed => Fault::EncoderReversed(wheel),
+            Self::Stall => Fault::Stall(wheel),
+            Self::FollowingError => Fault::FollowingError(wheel),
+        }
+    }
+}
+
 /// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
 const ONE_LINE: u32 = 2;
-/// So often in a stall time a count turns round only if a line floats or is cut: a wheel has mass.
-const FLAPS: u32 = 8;
-/// So often it may do so once more than a wheel that starts or stops; told from it only where something else is wrong.
-const SOME_FLAPS: u32 = 3;
+/// So often a wheel turns round that starts or stops; told from it only where something else is wrong.
+const SOME_TURNS: u32 = 3;
+/// So often no count turns round to somewhere else than where it came from: a wheel that trembles on an edge counts up and
+/// down, between the same two.
+const FLOATS: u32 = 5;
+/// So far no wheel turns within a tick the other way than before: 0.2 mm \[2^-24 m\].
+const JUMP: u32 = 3355;
 
 /// The state of one wheel's monitor.
 #[derive(Clone, Copy, Debug)]
@@ -44,13 +52,14 @@ pub struct WheelMonitor {
     counts: (u32, u32),
     /// How often it has gone back; halved by each change that led to a new count.
     goings_back: u32,
-    /// How often it has turned round in about the last stall time.
-    flaps: u32,
     /// It rose when it changed last.
     rose: bool,
-    /// The newest change is at `changed - 1`; before the first one, entry 0 is the start.
-    changes: [Change; CHANGES_LEN],
-    changed: usize,
+    /// How often it has turned round, each time within a stall time of the last; how often of these it jumped, and not
+    /// back to the count before; and when last.
+    turns: u32,
+    jumps: u32,
+    turn_tick: u32,
+    changes: LastChanges,
     /// The present series of changes against the setpoint, or away from one at rest.
     run: Option<Run>,
     /// Where monitoring began stands in for those that are not taken yet.
@@ -63,16 +72,16 @@ pub struct WheelMonitor {
 impl WheelMonitor {
     pub const BLANK: Self = {
         const POSITIONS: Positions = Positions { setpoint: 0, travel: 0 };
-        const CHANGE: Change = Change { tick: 0, counts: 0, positions: POSITIONS };
         Self {
             tick: 0,
-            last: CHANGE,
+            last: Change::BLANK,
             counts: (0, 0),
             goings_back: 0,
-            flaps: 0,
             rose: false,
-            changes: [CHANGE; CHANGES_LEN],
-            changed: 0,
+            turns: 0,
+            jumps: 0,
+            turn_tick: 0,
+            changes: LastChanges::BLANK,
             run: None,
             checkpoints: [POSITIONS; CHECKPOINTS_LEN],
             checkpoint: 0,
@@ -84,14 +93,14 @@ impl WheelMonitor {
     ///
     /// `since_checkpoint`: so many ticks are taken to have passed; not the same of both wheels, whose checkpoints would
     /// fall into one tick.
+    #[inline(never)]
     pub fn begin(&mut self, view: &WheelSample<'_>, since_checkpoint: u32) {
         self.tick = 0;
         let start = view.positions();
-        self.last = Change { tick: 0, counts: view.counts, positions: start };
+        self.last = Change { tick: 0, positions: start };
         self.counts = (view.counts, view.counts);
-        (self.goings_back, self.flaps) = (0, 0);
-        self.changes[0] = self.last;
-        self.changed = 1;
+        (self.goings_back, self.turns, self.jumps) = (0, 0, 0);
+        self.changes.begin(self.last);
         self.run = None;
         self.checkpoints = [start; CHECKPOINTS_LEN];
         self.checkpoint = 0;
@@ -111,11 +120,14 @@ impl WheelMonitor {
         let moved = view.counts.wrapping_sub(self.counts.0) as i32;
         if moved != 0 {
             if moved.unsigned_abs() > limits.counts_per_tick_max {
-                return Some(Fault::CountRate);
+                return Some(WheelFault::CountRate);
             }
             let rises = moved > 0;
-            let turns = rises != self.rose && self.turn();
+            let turns = rises != self.rose;
             let goes_back = turns && view.counts == self.counts.1 && moved.unsigned_abs() == 1;
+            if turns {
+                self.turn(limits, moved, goes_back);
+            }
             self.counts = (view.counts, self.counts.0);
             if goes_back {
                 self.goings_back += 1;
@@ -131,8 +143,8 @@ impl WheelMonitor {
             // A copy, made here: whatever these are given by reference has to be in memory, and not at every tick.
             let view = WheelSample { ..view };
             self.examine(limits, &view, supply_scale)
-        } else if self.checkpoint_is_due(limits) {
-            self.examine_checkpoint(limits, view.positions())
+        } else if self.creeps(limits, view.positions()) {
+            Some(self.unless_line(self.diagnose(limits), limits))
         } else {
             None
         }
@@ -147,27 +159,6 @@ impl WheelMonitor {
         self.run.is_none() && error < error_max && advance.unsigned_abs() <= bounds.advance
     }
 
-    /// The rules that may apply to a quiet wheel at a checkpoint.
-    #[inline(never)]
-    fn examine_checkpoint(
-        &mut self,
-        limits: &WheelThresholds,
-        positions: Positions,
-    ) -> Option<WheelFault> {
-        if self.oscillates_off_setpoint(limits, positions) {
-            Some(Fault::EncoderDead)
-        } else if self.creeps_at_checkpoint(limits, positions) {
-            Some(self.diagnose(limits))
-        } else {
-            None
-        }
-    }
-
-    /// The count goes back and forth, and is off by more than that.
-    fn oscillates_off_setpoint(&self, limits: &WheelThresholds, positions: Positions) -> bool {
-        self.flaps >= FLAPS && positions.error().unsigned_abs() >= limits.reversed_run as u32
-    }
-
     /// All rules.
     #[inline(never)]
     fn examine(
@@ -179,30 +170,42 @@ impl WheelMonitor {
         let positions = view.positions();
         let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
         let too_far = positions.error().unsigned_abs() > limits.error_max as u32;
-        if self.oscillates_off_setpoint(limits, positions) {
-            Some(Fault::EncoderDead)
-        } else if goes_on && self.runs_against_motor(limits, view, supply_scale) {
-            // By chance a line that floats counts the wrong way for a while.
-            Some(if self.flaps >= SOME_FLAPS { Fault::EncoderDead } else { Fault::EncoderReversed })
+        let found = if goes_on && self.runs_against_motor(limits, view, supply_scale) {
+            WheelFault::EncoderReversed
         } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
-            Some(self.diagnose(limits))
+            self.diagnose(limits)
         } else if self.is_stuck_at_rest(limits, view) {
-            // A line that was stuck, too, may leave the wheel off its target.
-            Some(if self.goings_back >= ONE_LINE { Fault::EncoderDead } else { Fault::Stall })
+            WheelFault::Stall
         } else if too_far {
-            Some(Fault::FollowingError)
+            WheelFault::FollowingError
         } else {
-            None
-        }
+            return None;
+        };
+        Some(self.unless_line(found, limits))
     }
 
-    /// The count changes the other way than before; always true.
+    /// The count changes the other way than before.
     #[cold]
     #[inline(never)]
-    fn turn(&mut self) -> bool {
-        self.flaps += 1;
+    fn turn(&mut self, limits: &WheelThresholds, moved: i32, goes_back: bool) {
         self.rose = !self.rose;
-        true
+        if self.tick.wrapping_sub(self.turn_tick) > limits.stall_ticks {
+            (self.turns, self.jumps) = (0, 0);
+        }
+        self.turns = self.turns.wrapping_add(1);
+        let far = moved.unsigned_abs() * limits.resting_error as u32 >= 4 * JUMP;
+        self.jumps = self.jumps.wrapping_add(u32::from(far && !goes_back));
+        self.turn_tick = self.tick;
+    }
+
+    /// What was found, unless the count goes back and forth, or did so not long ago: then a line of the encoder is at
+    /// fault, which by chance counts the wrong way for a while, or leaves the wheel off its target.
+    #[cold]
+    #[inline(never)]
+    fn unless_line(&self, found: WheelFault, limits: &WheelThresholds) -> WheelFault {
+        let lately = self.tick.wrapping_sub(self.turn_tick) <= 2 * limits.stall_ticks;
+        let line = lately && self.turns >= SOME_TURNS || self.goings_back >= ONE_LINE;
+        if line { WheelFault::EncoderDead } else { found }
     }
 
     fn record(&mut self, view: &WheelSample<'_>, forward: bool) {
@@ -219,22 +222,9 @@ impl WheelMonitor {
             self.run = Some(Run::new(self.last.positions, self.tick));
         }
         // Twice from registers, not from one place to the other.
-        let change = Change { tick: self.tick, counts: view.counts, positions };
-        self.changes[self.changed % CHANGES_LEN] = change;
+        let change = Change { tick: self.tick, positions };
+        self.changes.push(change);
         self.last = change;
-        self.changed = self.changed.wrapping_add(1);
-    }
-
-    /// The `age`-th newest change, from 1.
-    fn change(&self, age: usize) -> Change {
-        self.changes[self.changed.wrapping_sub(age) % CHANGES_LEN]
-    }
-
-    /// The travel over the newest changes, and its ticks.
-    fn recent_travel(&self) -> (u32, u32) {
-        let earlier = self.change(LATELY.min(self.changed));
-        let turned = self.last.positions.since(earlier.positions).travel.unsigned_abs();
-        (turned, self.last.tick.wrapping_sub(earlier.tick))
     }
 
     /// The count goes the other way than the motor drives the wheel.
@@ -246,7 +236,7 @@ impl WheelMonitor {
         view: &WheelSample<'_>,
         supply_scale: i32,
     ) -> bool {
-        let (tick, lately) = (self.tick, self.recent_travel());
+        let (tick, lately) = (self.tick, self.changes.recent_travel());
         let sample = (view, supply_scale);
         self.run.as_mut().is_some_and(|run| run.runs_against_motor(limits, sample, (tick, lately)))
     }
@@ -286,15 +276,15 @@ impl WheelMonitor {
         self.tick.wrapping_sub(self.checkpoint_tick) >= limits.checkpoint_ticks
     }
 
-    /// The wheel falls far behind although its count still changes now and then.
+    /// At a checkpoint: the wheel falls far behind although its count still changes now and then, or its count floats.
+    #[inline(always)]
     fn creeps(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
         self.checkpoint_is_due(limits) && self.creeps_at_checkpoint(limits, positions)
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn creeps_at_checkpoint(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
         self.checkpoint_tick = self.tick;
-        self.flaps -= self.flaps.div_ceil(CHECKPOINTS_LEN as u32);
         let slot = &mut self.checkpoints[self.checkpoint % CHECKPOINTS_LEN];
         let moved = positions.since(core::mem::replace(slot, positions));
         self.checkpoint = self.checkpoint.wrapping_add(1);
@@ -303,39 +293,18 @@ impl WheelMonitor {
             _ => (moved.setpoint.wrapping_neg(), moved.travel.wrapping_neg()),
         };
         // `EncoderReversed` has its own rule.
-        advance >= limits.creeping_advance && along < advance >> 3 && self.run.is_none()
+        let creeps =
+            advance >= limits.creeping_advance && along < advance >> 3 && self.run.is_none();
+        creeps || self.jumps >= FLOATS
     }
 
     /// Whether the wheel or the encoder is at fault when a count stands still or creeps.
-    #[cold]
     fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
-        let last = self.last;
-        if self.changed == 1 || self.goings_back >= ONE_LINE || self.flaps >= SOME_FLAPS {
-            return Fault::EncoderDead;
-        }
         // A count that still changes now and then comes from a live encoder.
-        if self.standing_ticks() < limits.stall_ticks / 2 {
-            return Fault::Stall;
+        let stands = self.standing_ticks() >= limits.stall_ticks / 2;
+        match stands && self.changes.end_abruptly() || self.changes.is_empty() {
+            true => WheelFault::EncoderDead,
+            false => WheelFault::Stall,
         }
-        let known = self.changed.min(CHANGES_LEN);
-        let mut age = 2;
-        while age < known && !self.covers(age) {
-            age += 1;
-        }
-        let moved = last.positions.since(self.change(age).positions);
-        let along = if moved.setpoint < 0 { moved.travel.wrapping_neg() } else { moved.travel };
-        // Two thirds.
-        if along > 0 && 3 * i64::from(along) >= 2 * i64::from(moved.setpoint).abs() {
-            Fault::EncoderDead
-        } else {
-            Fault::Stall
-        }
-    }
-
-    /// Whether the time from the `age`-th newest change to the newest is long enough to tell the rate.
-    fn covers(&self, age: usize) -> bool {
-        let (last, earlier) = (self.change(1), self.change(age));
-        (last.counts.wrapping_sub(earlier.counts) as i32).unsigned_abs() >= LAST_COUNTS
-            && last.tick.wrapping_sub(earlier.tick) >= LAST_TICKS
     }
 }

@@ -38,7 +38,9 @@ pub fn on_link(error: &Error) -> Option<String> {
         Error::RobotWithoutKey { .. } => {
             "check --port; leave --key-file and BEELINE_KEY_FILE out for a robot without a key; `beeline key set` gives it one"
         }
-        Error::StoppedAnswering { .. } => "is it still powered and plugged in?",
+        Error::StoppedAnswering { .. } => {
+            "is it still powered and plugged in? What it was asked last it may have done all the same: `beeline config get` tells"
+        }
         Error::ConnectionLost { .. } => {
             "it was unplugged, or the program at the other end ended; without its host a robot stops by itself"
         }

@@ -43,7 +43,7 @@ impl Restorable for WheelWeight {
     const FILE: &'static str = "undo";
     const NOTHING: (&'static str, &'static str) = (
         "no calibration of this robot to undo",
-        "only this computer's last calibration can be undone; `beeline config set geometry.wheel_weight` sets any other",
+        "only this computer's last W_T can be undone; `beeline apply --undo` undoes UMBmark, `beeline config set geometry.wheel_weight` sets any other",
     );
 
     fn of(config: &Config) -> Self {

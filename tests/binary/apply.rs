@@ -323,6 +323,10 @@ fn umbmark_closes_squares(temp: &TempFolder) {
         "{weight} {track_m}"
     );
     assert!(!json["explained"].as_array().unwrap().is_empty());
+    let message = temp.run("calibrate --undo --port sim:crooked.toml --flash flash").refused();
+    assert!(message.contains("`beeline apply --undo` undoes UMBmark"), "{message}");
+    temp.run("apply --undo --port sim:crooked.toml --flash flash").ok();
+    assert_eq!(geometry(temp, "wheel_weight"), 1.0);
 }
 
 #[test]

@@ -1,0 +1,211 @@
+//! Two wheels on the closed loop, one of which something happens to.
+
+use firmware::capture::Measured;
+use firmware::encoder::SpeedEstimator;
+use firmware::odometry::Odometry;
+use firmware::pid::{self, Gains, PidState};
+use firmware::profile::{Plan, Profile};
+use firmware::protection::Protection;
+use firmware::supply::UNSCALED;
+use shared_proto::{Config, Drive, Fault, Wheel, WheelPair};
+
+/// What happens to the left wheel at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mishap {
+    None,
+    /// The count stays what it is.
+    EncoderUnplugged,
+    /// One of the two lines stays at its level: the other one counts up and down by one.
+    LineStuck,
+    /// One of the two lines floats: every other count goes a way by chance, and back and forth in between.
+    LineFloats,
+    /// The count runs backwards from here on.
+    EncoderReversed,
+    /// Brakes take this much speed a second, until the wheel stands for good \[m/s^2\].
+    Blocked(f64),
+    /// The wheel is held to this share of its speed.
+    Creeping(f64),
+    /// Somebody pushes it, with what would give it this acceleration \[m/s^2\], for so long \[ms\].
+    Shoved(f64, u32),
+    /// The count jumps.
+    Glitch(i64),
+    /// No current reaches the motor: friction alone slows it down.
+    LeadCut,
+}
+
+/// What a wheel and its motor are like.
+#[derive(Clone, Copy, Debug)]
+pub struct Motor {
+    /// Duty to overcome friction.
+    pub friction: f64,
+    /// Duty per speed \[s/m\].
+    pub duty_per_mps: f64,
+    pub time_constant_s: f64,
+}
+
+/// A wheel on the closed loop: first-order motor with friction, quantised encoder.
+struct Bench {
+    travel_m: f64,
+    speed_mps: f64,
+    counts: i64,
+    offset: f64,
+    sign: f64,
+    /// Of a line that floats: where the count has got to, and the other line's edges; and chance.
+    floating: (i64, i64),
+    noise: u64,
+    /// Of a hand that pushes.
+    shoved_ms: u32,
+    motor: Motor,
+    pid: PidState,
+    estimator: SpeedEstimator,
+}
+
+/// A tenth off the configured feedforward.
+pub const MOTOR: Motor = Motor { friction: 0.044, duty_per_mps: 1.85, time_constant_s: 0.06 };
+
+impl Bench {
+    fn physics(&mut self, duty: f64, mishap: Mishap) {
+        let Motor { friction: friction_max, duty_per_mps, time_constant_s } = self.motor;
+        let hand = match mishap {
+            Mishap::Shoved(mps2, ms) if self.shoved_ms < ms => {
+                self.shoved_ms += 1;
+                mps2 * duty_per_mps * time_constant_s
+            }
+            _ => 0.0,
+        };
+        // Ten steps a tick.
+        for _ in 0..10 {
+            let push = match mishap {
+                Mishap::LeadCut => 0.0,
+                _ => duty + hand - duty_per_mps * self.speed_mps,
+            };
+            let friction = if self.speed_mps == 0.0 {
+                push.clamp(-friction_max, friction_max)
+            } else {
+                friction_max * self.speed_mps.signum()
+            };
+            let mut next =
+                self.speed_mps + (push - friction) / duty_per_mps / time_constant_s * 1e-4;
+            if next * self.speed_mps < 0.0 {
+                next = 0.0
+            }
+            match mishap {
+                Mishap::Blocked(deceleration) => {
+                    next = self.speed_mps.signum()
+                        * (self.speed_mps.abs() - deceleration * 1e-4).max(0.0);
+                }
+                Mishap::Creeping(limit_mps) => next = next.clamp(-limit_mps, limit_mps),
+                _ => {}
+            }
+            self.speed_mps = next;
+            self.travel_m += next * 1e-4;
+        }
+    }
+
+    fn read(&mut self, q_m: f64, mishap: Mishap, began: bool) {
+        if mishap == Mishap::EncoderReversed && began {
+            // Continues from the same count.
+            self.offset += 2.0 * self.travel_m / q_m;
+            self.sign = -1.0;
+        }
+        match mishap {
+            Mishap::EncoderUnplugged => {}
+            Mishap::LineStuck => {
+                let edges = ((self.travel_m / q_m + self.offset).round() as i64) >> 1;
+                if began {
+                    self.sign = self.counts as f64 - (edges & 1) as f64;
+                }
+                self.counts = self.sign as i64 + (edges & 1);
+            }
+            Mishap::LineFloats => {
+                // Edges of the line that is left, each of which counts up or down by chance.
+                let edges = ((self.travel_m / q_m + self.offset).round() as i64) >> 1;
+                if began {
+                    (self.floating, self.noise) = ((self.counts, edges), 1);
+                }
+                self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let level = (self.noise >> 63) as i64;
+                let (base, last) = self.floating;
+                let walk = if self.noise >> 62 & 1 == 0 { edges - last } else { last - edges };
+                self.floating = (base + walk, edges);
+                self.counts = self.floating.0 + level;
+            }
+            Mishap::Glitch(counts) if began => self.counts += counts,
+            _ => self.counts = (self.sign * self.travel_m / q_m + self.offset).round() as i64,
+        }
+    }
+}
+
+/// Drives; answers the fault and its time after the mishap [ms], which comes at `mishap_ms`.
+pub fn run(
+    config: &Config,
+    drives: &[Drive],
+    mishap: Mishap,
+    mishap_ms: u32,
+    after_ms: u32,
+) -> Option<(Fault, u32)> {
+    run_motor(MOTOR, config, drives, mishap, mishap_ms, after_ms)
+}
+
+/// The same with other motors.
+pub fn run_motor(
+    motor: Motor,
+    config: &Config,
+    drives: &[Drive],
+    mishap: Mishap,
+    mishap_ms: u32,
+    after_ms: u32,
+) -> Option<(Fault, u32)> {
+    let odometry = Odometry::new(config);
+    let gains = Gains::new(config, Wheel::Left);
+    let mut benches = odometry.meters_per_count().map(|q| Bench {
+        travel_m: 0.0,
+        speed_mps: 0.0,
+        counts: 0,
+        offset: 0.3,
+        sign: 1.0,
+        floating: (0, 0),
+        noise: 1,
+        shoved_ms: 0,
+        motor,
+        pid: PidState::default(),
+        estimator: SpeedEstimator::new(q, 0),
+    });
+    let mut profile = Profile::new(Plan::hold(WheelPair::default()));
+    let mut protection = Protection::new(config);
+    let mut coming = drives.iter();
+    let mut rest_until = 0;
+    for tick in 0.. {
+        if profile.finished(tick) && tick >= rest_until {
+            match coming.next() {
+                Some(drive) => {
+                    let plan = Plan::drive(tick, profile.at(tick), drive, config).unwrap();
+                    rest_until = plan.end_tick() + after_ms;
+                    profile.replace(&plan);
+                }
+                None => return None,
+            }
+        }
+        let setpoints = profile.setpoints(tick);
+        let counts = WheelPair::new(benches.left.counts, benches.right.counts);
+        let travel = odometry.travel(counts);
+        let q = odometry.meters_per_count();
+        let step = |bench: &mut Bench, setpoint, travel, q_m, mishap| {
+            let speed = bench.estimator.step(tick, bench.counts);
+            let duty = pid::step(&gains, &mut bench.pid, &setpoint, travel, speed, UNSCALED);
+            bench.physics(duty.to_si(), mishap);
+            bench.read(q_m, mishap, tick == mishap_ms);
+        };
+        let now = if tick >= mishap_ms { mishap } else { Mishap::None };
+        step(&mut benches.left, setpoints.left, travel.left, q.left.to_si(), now);
+        let none = Mishap::None;
+        step(&mut benches.right, setpoints.right, travel.right, q.right.to_si(), none);
+        let loops = WheelPair::new(benches.left.pid, benches.right.pid);
+        let speed = WheelPair::default();
+        let measured = Measured { tick, t_us: u64::from(tick) * 1000, counts, travel, speed };
+        if let Some(fault) = protection.step(&setpoints, &measured, &loops, UNSCALED) {
+            return Some((fault, tick.wrapping_sub(mishap_ms)));
+        }
+    }
+    unreachable!()
+}

@@ -62,6 +62,8 @@ const WARMING_S: f64 = 0.4;
 /// Friction that the encoder check reckons with, one try after the other \[V\]. A dead encoder lets its wheel roll some
 /// centimetres in the last one, and is then named.
 pub const CHECK_KS_V: [f64; 4] = [0.5, 1.2, 2.5, 5.0];
+/// A longer count may be too few of them for the encoder check, which gives slow motors about a second for three \[m\].
+const COARSE_M: f64 = 0.005;
 /// Share of the supply that is used.
 const SUPPLY_SHARE: f64 = 0.9;
 
@@ -381,10 +383,27 @@ impl<'a> Experiments<'a> {
                     let config = settings::for_experiments(self.config, CHECK_KS_V[self.check]);
                     session.write_config(&config).await?;
                 }
+                Err(host_link::Error::Faulted(report)) if is_of_check(report.fault) => {
+                    return Err(too_coarse(self.config, report.fault)
+                        .unwrap_or_else(|| host_link::Error::Faulted(report).into()));
+                }
                 Err(error) => return Err(error.into()),
             }
         }
     }
+}
+
+/// What to say of a fault that the encoder check may have raised because a count is long.
+pub fn too_coarse(config: &Config, fault: Fault) -> Option<Error> {
+    let counts_m = config.encoder.map(|encoder| config.meters_per_count(&encoder));
+    let count_m = counts_m.left.max(counts_m.right);
+    (is_of_check(fault) && count_m > COARSE_M).then(|| {
+        Error::said_no(format_args!(
+            "one count of the encoder is {:.0} mm of travel: the encoder check waits about a second for three of them, saw fewer, and ended with the fault {fault}",
+            count_m * 1e3,
+        ))
+        .hint("an encoder on the motor's shaft counts finer than one on the wheel's; if the wheels did not turn at all, something blocks them")
+    })
 }
 
 /// Whether the encoder check may have raised it for friction that it did not reckon with.

@@ -225,6 +225,11 @@ impl Tuner<'_> {
             }
             stiffness *= SOFTER;
         }
+        if let Some(DriveOutcome::Faulted(fault)) = last
+            && let Some(error) = experiments::too_coarse(self.original, fault)
+        {
+            return Err(error);
+        }
         Err(not_better(&before, last.as_ref()))
     }
 

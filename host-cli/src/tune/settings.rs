@@ -14,6 +14,8 @@ const PERIOD_S: f64 = 1e-3;
 const SPEED_WINDOW_S: f64 = 0.04;
 /// Duty that the encoder check may take in the experiments: motors with much friction need it.
 const PROBE_DUTY: f64 = 0.5;
+/// The encoder check lets a wheel roll by 6.8 mm, or 6 counts if they are longer \[m\].
+const CHECK_COUNT_M: f64 = 0.0068 / 6.0;
 /// A wheel may be so many counts off its setpoint before that is a fault.
 const COUNTS_OFF: f64 = 6.0;
 /// Of the supply, for the fastest motion: the rest is for the loop, and for a battery that runs down.
@@ -98,7 +100,7 @@ pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64)
         ks_backward_v: if pushed { motor.ks_mean_v() } else { motor.ks_backward_v },
         kv_v_s_per_m: motor.kv_v_s_per_m,
         // Profiles are straight on, mostly.
-        ka_v_s2_per_m: model.ka_of_robot(motor).0.max(0.0),
+        ka_v_s2_per_m: gains.feedforward_ka(model, motor, PERIOD_S, SPEED_WINDOW_S),
     };
     tuned.feedforward.left = wheel(&model.wheels.left);
     tuned.feedforward.right = wheel(&model.wheels.right);
@@ -117,20 +119,21 @@ pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64)
     let ks_v = [left, right].map(|wheel| wheel.ks_forward_v.max(wheel.ks_backward_v));
     let check = 1.5 * ks_v[0].max(ks_v[1]) / nominal_v + 0.1;
     let counts_m = tuned.encoder.map(|encoder| tuned.meters_per_count(&encoder));
-    let counts_m = COUNTS_OFF * counts_m.left.max(counts_m.right);
+    let count_m = counts_m.left.max(counts_m.right);
+    // With long counts it needs the duty that it had in the experiments.
+    let check = if count_m > CHECK_COUNT_M { PROBE_DUTY } else { check };
     let protection = &mut tuned.protection;
     protection.probe_duty_max = protection.probe_duty_max.max(check).min(PROBE_DUTY);
-    protection.following_error_m_max = protection.following_error_m_max.max(counts_m).min(1.0);
+    let off_m = COUNTS_OFF * count_m;
+    protection.following_error_m_max = protection.following_error_m_max.max(off_m).min(1.0);
     // No profile that the motors cannot follow.
-    for (motor, feedforward) in
-        [(model.wheels.left, tuned.feedforward.left), (model.wheels.right, tuned.feedforward.right)]
-    {
+    for motor in [model.wheels.left, model.wheels.right] {
         let ks_v = motor.ks_forward_v.max(motor.ks_backward_v);
         let free_v = (USABLE * tuned.limits.duty_max * supply_v - ks_v).max(0.0);
         let limits = &mut tuned.limits;
         limits.speed_mps_max = limits.speed_mps_max.min(free_v / motor.kv_v_s_per_m).max(0.001);
         let left_v = (free_v - motor.kv_v_s_per_m * limits.speed_mps_max).max(0.1 * free_v);
-        let ka = feedforward.ka_v_s2_per_m.max(1e-9);
+        let ka = model.ka_of_robot(&motor).0.max(1e-9);
         let steepest = left_v.max(0.25 * free_v) / ka;
         limits.acceleration_mps2_max = limits.acceleration_mps2_max.min(steepest).max(0.001);
         limits.stop_deceleration_mps2 = limits.stop_deceleration_mps2.min(steepest).max(0.05);

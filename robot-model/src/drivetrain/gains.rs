@@ -11,10 +11,22 @@
 //! with the largest ki are taken: a steady push, a slope for one, then takes the robot least far from its setpoint (its
 //! sum over time is push / ki). Ms of 1.6 keeps a phase margin of 36 degrees and a gain margin of 2.7 at least, for each
 //! of those constants.
+//!
+//! # Feedforward of the acceleration
+//!
+//! The feedforward acts late by tau, the delay and half a control period, and the measured speed is W / 2 old. On its
+//! profile, e = 0, a wheel that accelerates by a therefore gets kd a W / 2 from the loop, and needs kV for the speed that it
+//! will have at t + tau:
+//!
+//! ```text
+//! kA a(t) + kV v(t + tau) = kF a + kV v + kd a W / 2    =>    kF = kA + kV tau - kd W / 2              (2)
+//! ```
+//!
+//! Without (2) the integral would have to find the difference anew after each change of the acceleration.
 
 use nalgebra::Complex;
 
-use super::model::Drivetrain;
+use super::model::{Drivetrain, WheelMotor};
 
 /// Largest sensitivity.
 pub const MS_MAX: f64 = 1.6;
@@ -24,6 +36,10 @@ const MT_MAX: f64 = 1.6;
 const UNCERTAINTY: f64 = 0.3;
 /// One count may change the voltage by this share of the supply.
 const COUNT_SHARE: f64 = 0.1;
+/// kp that are tried, as shares of kV \[1/s\]: so many, from the first on, each so many times the one before.
+const KP_SHARES: (i32, f64, f64) = (52, 0.5, 1.125);
+/// kd, as shares of kV.
+const KD_SHARES: (i32, f64, f64) = (36, 0.1, 1.15);
 
 /// The controller's gains in volts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,6 +58,21 @@ pub struct Gains {
     pub crossover_rad_s: f64,
     /// Phase of L there, above -180 degrees \[rad\].
     pub phase_margin_rad: f64,
+}
+
+impl Gains {
+    /// kF (2) of one wheel, straight on \[V s^2/m\], at least zero.
+    pub fn feedforward_ka(
+        &self,
+        model: &Drivetrain,
+        motor: &WheelMotor,
+        period_s: f64,
+        window_s: f64,
+    ) -> f64 {
+        let late_s = model.delay_s + 0.5 * period_s;
+        let of_speed = 0.5 * window_s * self.kd_v_s_per_m;
+        (model.ka_of_robot(motor).0 + motor.kv_v_s_per_m * late_s - of_speed).max(0.0)
+    }
 }
 
 /// What the loop is made of besides the motors.
@@ -103,19 +134,15 @@ pub fn design(model: &Drivetrain, facts: &LoopFacts) -> Result<Gains, GainsError
             ms <= MS_MAX && mt <= MT_MAX
         })
     };
+    let tried = |(len, first, ratio): (i32, f64, f64)| {
+        (0..len).map(move |step| kv * first * ratio.powi(step))
+    };
     let mut best: Option<Trial> = None;
-    for step in 0..40 {
-        // From 0.5 /s to 200 /s times kV, in steps of a sixth.
-        let kp = kv * 0.5 * 1.165_f64.powi(step);
-        if kp > kp_max {
-            break;
-        }
-        for kd in [0.0, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5, 2.2, 3.2].map(|share| share * kv) {
-            if kd > kd_max {
-                continue;
-            }
+    for kp in tried(KP_SHARES).take_while(|kp| *kp <= kp_max) {
+        for kd in [0.0].into_iter().chain(tried(KD_SHARES)).take_while(|kd| *kd <= kd_max) {
             let trial = |ki: f64| Trial { kp, ki, kd };
-            if !keeps(&trial(0.0)) {
+            // Most trials end here: they keep no margin with as much ki as the best has.
+            if !keeps(&trial(best.map_or(0.0, |best| best.ki))) {
                 continue;
             }
             let (mut low, mut high) = (0.0, kp * kp / kv);

@@ -193,3 +193,55 @@ fn a_coarse_encoder_and_a_wish_for_softness_make_the_loop_softer() {
     let soft = soft.unwrap();
     assert!(soft.kp_v_per_m < 0.51 * fine.kp_v_per_m && soft.ms <= fine.ms + 0.05);
 }
+
+/// Largest distance from a trapezoid of speed \[m\], by time steps: the loop of [`pushed`] with feedforward, kF of its
+/// acceleration \[V s^2/m\].
+fn followed(gains: &Gains, motor: &WheelMotor, delay_s: f64, kf: f64) -> f64 {
+    const H_S: f64 = 1e-4;
+    let (mut x, mut v, mut integral, mut setpoint) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+    let mut history = vec![0.0; 400];
+    let mut inputs = vec![0.0; (delay_s / H_S).round() as usize + 1];
+    let mut volts = 0.0;
+    let mut worst_m = 0.0_f64;
+    for step in 0..20_000 {
+        let t_s = f64::from(step) * H_S;
+        // 0.3 m/s, reached and left at 0.6 m/s^2.
+        let speed = (0.6 * t_s).min(0.3).min(0.6 * (1.5 - t_s)).max(0.0);
+        let acceleration = match t_s {
+            0.0..0.5 => 0.6,
+            1.0..1.5 => -0.6,
+            _ => 0.0,
+        };
+        let at = step as usize;
+        if at.is_multiple_of(10) {
+            let error = setpoint - x;
+            let mean_speed = (x - history[at % 400]) / 0.04;
+            volts = motor.kv_v_s_per_m * speed + kf * acceleration + gains.kp_v_per_m * error;
+            volts += integral + gains.kd_v_s_per_m * (speed - mean_speed);
+            integral += gains.ki_v_per_m_s * error * 1e-3;
+            worst_m = worst_m.max(error.abs());
+        }
+        history[at % 400] = x;
+        let len = inputs.len();
+        let delayed = std::mem::replace(&mut inputs[at % len], volts);
+        v += H_S * (delayed - motor.kv_v_s_per_m * v) / motor.ka_v_s2_per_m;
+        x += H_S * v;
+        setpoint += H_S * speed;
+    }
+    worst_m
+}
+
+#[test]
+fn the_feedforward_allows_for_the_lag_of_the_measured_speed_and_for_the_delay() {
+    for (constant_s, delay_s) in [(0.06, 0.001), (0.2, 0.004), (0.4, 0.005)] {
+        let ka_v_s2_per_m = constant_s * MOTOR.kv_v_s_per_m;
+        let motor = WheelMotor { ka_v_s2_per_m, ..MOTOR };
+        let model = Drivetrain { wheels: WheelPair::both(motor), delay_s, ..Drivetrain::default() };
+        let gains = design(&model, &LoopFacts { meters_per_count: 2e-5, ..FACTS }).unwrap();
+        let kf = gains.feedforward_ka(&model, &motor, 1e-3, 0.04);
+        let allowed = followed(&gains, &motor, delay_s, kf);
+        let plain = followed(&gains, &motor, delay_s, motor.ka_v_s2_per_m);
+        println!("{constant_s} s, {delay_s} s: {kf} {allowed} {plain}");
+        assert!(allowed < 0.5 * plain, "{constant_s} s, {delay_s} s: {allowed} {plain}");
+    }
+}

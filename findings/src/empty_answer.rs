@@ -38,6 +38,7 @@ pub fn step_of(class: &[&str]) -> StepFound {
         evidence: Evidence::default(),
         effect_size_m: 1e-2,
         moves_no_track: false,
+        nears_runs: true,
         matters: true,
     }
 }

@@ -31,6 +31,11 @@ pub fn worth(step: &StepFound) -> String {
         (false, false) if mm < 0.005 => {
             "it removes none of the error of these runs: too little to matter".to_owned()
         }
+        (false, false) if !step.nears_runs => {
+            format!(
+                "it removes {mm:.2} mm of the error of these runs, no more than chance may: not worth correcting"
+            )
+        }
         (false, false) => {
             format!("it removes {mm:.2} mm of the error of these runs: too little to matter")
         }

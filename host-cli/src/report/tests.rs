@@ -38,6 +38,7 @@ fn answer() -> Answer {
             evidence: Evidence { signature: "it is <b>there</b>".into(), ..Evidence::default() },
             effect_size_m: 1e-2,
             moves_no_track: false,
+            nears_runs: true,
             matters: true,
         }],
         rejected: vec![Rejected {

@@ -63,15 +63,17 @@ pub(super) fn lever_m(robot: &Robot) -> f64 {
     robot.track_width_m.clamp(LEVER_M.0, LEVER_M.1)
 }
 
+/// The error below which a run is in order \[m\].
+fn near_m(robot: &Robot, lever_m: f64, track: &ThinnedRun) -> f64 {
+    let turned_m = lever_m * track.turned_rad(robot).min(TURNED_MAX_RAD);
+    let turned_m = if track.has_headings() { turned_m } else { 0.0 };
+    NEAR_M + NEAR_SHARE * (track.extent_m() + turned_m)
+}
+
 impl<'a> Tracks<'a> {
     pub(super) fn new(robot: &'a Robot, each: Vec<ThinnedRun>) -> Self {
         let lever_m = lever_m(robot);
-        let near_m = each.iter().map(|track| {
-            let turned_m = lever_m * track.turned_rad(robot).min(TURNED_MAX_RAD);
-            NEAR_M
-                + NEAR_SHARE
-                    * (track.extent_m() + if track.has_headings() { turned_m } else { 0.0 })
-        });
+        let near_m = each.iter().map(|track| near_m(robot, lever_m, track));
         let near_m = near_m.collect();
         let moved = each.iter().map(|track| {
             let turned_m = lever_m * track.turned_rad(robot);
@@ -85,6 +87,11 @@ impl<'a> Tracks<'a> {
     /// Whether a run is far from where its wheels led.
     pub(super) fn is_far(&self, run: usize, error_m: f64) -> bool {
         self.moved[run] && error_m > FAR * self.near_m[run]
+    }
+
+    /// Whether an error is beyond that of a part of a run in order.
+    pub(super) fn is_off(&self, part: &ThinnedRun, error_m: f64) -> bool {
+        error_m > near_m(self.robot, self.lever_m, part)
     }
 
     /// The error below which a run is in order \[m\].

@@ -17,6 +17,7 @@
 //! | `data_fault.rs` | [`DataFault`]: what can be wrong; [`DataHypothesis`]: that with its evidence |
 //! | `hypotheses.rs` | [`data_hypotheses`]: everything together |
 //! | `all_runs.rs`, `one_run.rs` | which hypothesis explains all runs, or one |
+//! | `constant_factor.rs` | whether a wheel counts wrongly by one factor throughout a run, or slips |
 //! | `counters.rs`, `tracker.rs` | what happens at a moment: wraps, resets, jumps, repeated values |
 //! | `thinned_run.rs`, `start_pose_fit.rs`, `relative_geometry.rs`, `geometry_fit.rs` | a thinned run; its start pose by least squares; a geometry relative to the data sheet; that of all runs |
 //! | `last_pose.rs`, `end_pose.rs` | last poses that were misread |
@@ -29,6 +30,7 @@
 
 mod all_runs;
 mod clock;
+mod constant_factor;
 mod counters;
 mod data_fault;
 mod dead_reckoning;

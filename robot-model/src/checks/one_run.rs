@@ -1,6 +1,7 @@
 //! What is wrong with one run, while the others are in order?
 
 use super::all_runs::{EDGES, UNITS_PER_M, angle, heading, of_axes, shows, shrunk};
+use super::constant_factor;
 use super::data_fault::{Axes, DataFault, DataHypothesis, Wheel};
 use super::geometry_fit::Tracks;
 use super::relative_geometry::RelativeGeometry;
@@ -39,7 +40,9 @@ pub(super) fn one_run(
     let holds = |tried: &&(DataFault, Fit)| {
         let (what, fit) = tried;
         let mended = fit.error_m < MENDED * as_is.error_m && !tracks.is_far(run, fit.error_m);
-        mended && shows(tracks, track, what, fit)
+        mended
+            && shows(tracks, track, what, fit)
+            && constant_factor::is_constant(tracks, track, what, geometry)
     };
     let best_m = tried.iter().filter(holds).map(error).reduce(f64::min)?;
     let limit_m = ALIKE * best_m + tracks.near_m(run);

@@ -65,6 +65,25 @@ impl ThinnedRun {
         }
     }
 
+    /// The run in so many parts, in each of which its wheels turned as far.
+    pub(super) fn parts(&self, count: usize) -> Vec<Self> {
+        let mut parts = Vec::new();
+        let (mut from, mut rolled_rad) = (0, 0.0);
+        let each_rad = self.rolled_rad() / count as f64;
+        for k in 1..self.wheels.len() {
+            let step = self.wheels[k].phi_rad.since(self.wheels[k - 1].phi_rad);
+            rolled_rad += step.map(f64::abs).mean();
+            let last = k + 1 == self.wheels.len();
+            if last || rolled_rad >= each_rad * (parts.len() + 1) as f64 {
+                let times_s = self.wheels[from].t_s..=self.wheels[k].t_s;
+                let poses = self.poses.iter().filter(|pose| times_s.contains(&pose.t_s)).copied();
+                parts.push(Self { wheels: self.wheels[from..=k].to_vec(), poses: poses.collect() });
+                from = k;
+            }
+        }
+        parts
+    }
+
     /// Where the wheels lead from the origin, at each sample of theirs.
     pub(super) fn reckon(&self, robot: &Robot, geometry: &RelativeGeometry) -> Vec<Pose> {
         let turns = self.wheels.iter().map(|sample| sample.phi_rad);

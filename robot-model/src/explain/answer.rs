@@ -63,12 +63,14 @@ pub struct Averaged {
 }
 
 impl Answer {
-    /// The same answer, judged by another tolerance: what matters moves the robot by more than that \[m\]. What moves
-    /// no track at all, such as the bias of a yaw rate sensor, matters where it is there.
+    /// The same answer, judged by another tolerance: what matters moves the robot by more than that \[m\], and brings runs
+    /// nearer that it was not fitted to. What moves no track at all, such as the bias of a yaw rate sensor, matters where it
+    /// is there.
     pub fn with_tolerance(mut self, tolerance_m: f64) -> Self {
         self.tolerance_m = tolerance_m;
         for step in self.known.iter_mut().chain(&mut self.steps) {
-            step.matters = step.moves_no_track || step.effect_size_m > tolerance_m;
+            step.matters =
+                step.moves_no_track || (step.effect_size_m > tolerance_m && step.nears_runs);
         }
         self
     }
@@ -109,7 +111,11 @@ pub struct StepFound {
     pub effect_size_m: f64,
     /// It acts on a sensor and moves no track.
     pub moves_no_track: bool,
-    /// Whether it moves them by more than the tolerance: otherwise it is there, and not worth correcting.
+    /// Of runs that took no part in its fit, more come nearer to where it says than chance explains. Always so where too few runs
+    /// show it for that to be judged.
+    pub nears_runs: bool,
+    /// Whether it moves them by more than the tolerance, and not by chance: otherwise it is there, and not worth
+    /// correcting.
     pub matters: bool,
 }
 

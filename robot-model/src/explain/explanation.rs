@@ -25,6 +25,7 @@ use crate::residuals::unexplained::counts_start_anew;
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::effect_test::OWN_SHARE_MIN;
 use crate::selection::select::{Selection, is_chance};
+use crate::selection::track_gain::TrackGain;
 
 /// Explains a campaign with the effects of the catalogue.
 pub fn explain(campaign: &Campaign) -> Result<Answer, RecordingError> {
@@ -76,13 +77,13 @@ pub fn explain_observed(
     let found =
         by_evidence(prepared, screening, kept).into_iter().filter(|i| !choice.along.contains(i));
     let (known, missing): (Vec<usize>, Vec<usize>) = found.partition(is_known);
-    let sizes_m = screening.sizes_m(prepared);
+    let gains = screening.track_gains(prepared);
     let mut prefix: Vec<Term<'_>> =
         known.iter().map(|index| fitted.terms[*index].clone()).collect();
     let errors_of = |prefix: &[Term<'_>]| errors(prepared, weights, &with_along(&choice, prefix));
     let baseline = errors_of(&prefix);
     let before = fit_parameters(prepared, with_along(&choice, &prefix), *weights).terms;
-    let step_of = |index: usize, after: ErrorPair| step(&choice, index, (after, sizes_m[index]));
+    let step_of = |index: usize, after: ErrorPair| step(&choice, index, (after, gains[index]));
     let known: Vec<StepFound> = known.into_iter().map(|index| step_of(index, baseline)).collect();
     let mut steps = Vec::new();
     for index in missing {
@@ -178,7 +179,7 @@ pub(crate) fn errors_as_fitted(
     }
 }
 
-fn step(choice: &Choice<'_>, index: usize, (after, size_m): (ErrorPair, f64)) -> StepFound {
+fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, TrackGain)) -> StepFound {
     let Choice { prepared, selection: Selection { fitted, kept, .. }, classes, .. } = choice;
     let (test, class) = (&kept[index], &classes[index]);
     let term = &fitted.terms[index];
@@ -199,8 +200,9 @@ fn step(choice: &Choice<'_>, index: usize, (after, size_m): (ErrorPair, f64)) ->
         cross_validated: after.cross_validated,
         p_value: test.p_value,
         evidence,
-        effect_size_m: size_m,
+        effect_size_m: gain.size_m,
         moves_no_track: facts.acts_on == ActsOn::Gyro,
+        nears_runs: gain.nears_runs(test.touched),
         matters: true,
     }
 }

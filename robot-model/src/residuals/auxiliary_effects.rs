@@ -46,6 +46,15 @@ impl Effect for AuxiliaryEffect {
     }
 }
 
+/// Turns \[rad\] by these four functions.
+pub(super) fn turns(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Change {
+    Change { turn_rad: sum(p, by), ..Change::NONE }
+}
+
+pub(super) fn sum(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Jet {
+    p[0] * by[0] + p[1] * by[1] + p[2] * by[2] + p[3] * by[3]
+}
+
 fn wheel_harmonic(p: &[Jet; PARAMETERS_MAX], step: &Step, harmonic: f64) -> Change {
     let wave = |c: Jet, s: Jet, phi: f64| {
         let (sin, cos) = (harmonic * phi).sin_cos();
@@ -83,6 +92,19 @@ fn radii_and_track(p: &[Jet; PARAMETERS_MAX], step: &Step, x: f64) -> Change {
         turning: p[3] * x,
         ..Change::NONE
     }
+}
+
+/// Slower than this the robot stands \[m/s\].
+const STANDS_MPS: f64 = 2e-3;
+
+/// How far the rims have rolled since the robot last stood \[m\].
+fn since_stop_m(step: &Step, memory: &mut Memory) -> f64 {
+    let speeds = step.wheel_speed_mps.map(f64::abs);
+    let before_m = memory.wheel.left.map_or(0.0, |jet| jet.value);
+    let stands = speeds.left.max(speeds.right) < STANDS_MPS;
+    let after_m = if stands { 0.0 } else { before_m + step.rolled_m() };
+    memory.wheel.left = Some(Jet::constant(after_m));
+    (before_m + after_m) / 2.0
 }
 
 pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
@@ -140,6 +162,18 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
     AuxiliaryEffect {
         regressor: Regressor::WheelSpeed,
         act: |p, step, _| wheels(p, step.wheel_speed_mps),
+    },
+    AuxiliaryEffect {
+        regressor: Regressor::Speed,
+        act: |p, step, _| {
+            let v = step.speed_mps();
+            turns(p, [v * v.abs(), v * v, v * v * v, v * v * v.abs()].map(|x| x * step.dt_s))
+        },
+    },
+    AuxiliaryEffect {
+        regressor: Regressor::WheelSpeed,
+        // A radius that grows does so whichever way the wheel turns.
+        act: |p, step, _| wheels(p, step.wheel_speed_mps.map(f64::abs)),
     },
     AuxiliaryEffect {
         regressor: Regressor::Acceleration,
@@ -205,6 +239,15 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
                 turn_rad: (p[0] * sign + p[1]) * near(0.05) + (p[2] * sign + p[3]) * near(0.2),
                 ..Change::NONE
             }
+        },
+    },
+    AuxiliaryEffect {
+        regressor: Regressor::SinceReversal,
+        act: |p, step, memory| {
+            let since_m = since_stop_m(step, memory);
+            let (short, long) = ((-since_m / 0.03).exp(), (-since_m / 0.12).exp());
+            let (turn_rad, ds_m) = (step.turn_rad().abs(), step.travel_m());
+            turns(p, [short * ds_m.abs(), short * ds_m, long * ds_m.abs(), short * turn_rad])
         },
     },
     AuxiliaryEffect {

@@ -3,21 +3,12 @@
 //!
 //! With [`super::auxiliary_effects::AUXILIARY_EFFECTS`] and the effects of the catalogue they are what [`super::flexible_model`] chooses from.
 
-use super::auxiliary_effects::AuxiliaryEffect;
+use super::auxiliary_effects::{AuxiliaryEffect, sum, turns};
 use super::regressor::Regressor;
 use crate::effect::definition::{Change, Memory};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
-
-/// Turns \[rad\] by these four functions.
-fn turns(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Change {
-    Change { turn_rad: sum(p, by), ..Change::NONE }
-}
-
-fn sum(p: &[Jet; PARAMETERS_MAX], by: [f64; 4]) -> Jet {
-    p[0] * by[0] + p[1] * by[1] + p[2] * by[2] + p[3] * by[3]
-}
 
 /// Where the robot is in the world \[m\], and its nominal move.
 struct Moved {
@@ -69,19 +60,6 @@ fn late_by_time_and_distance(step: &Step, memory: &mut Memory, now: f64) -> [f64
     [soon, later, near, far]
 }
 
-/// Slower than this the robot stands \[m/s\].
-const STANDS_MPS: f64 = 2e-3;
-
-/// How far the rims have rolled since the robot last stood \[m\].
-fn since_stop_m(step: &Step, memory: &mut Memory) -> f64 {
-    let speeds = step.wheel_speed_mps.map(f64::abs);
-    let before_m = memory.wheel.left.map_or(0.0, |jet| jet.value);
-    let stands = speeds.left.max(speeds.right) < STANDS_MPS;
-    let after_m = if stands { 0.0 } else { before_m + step.rolled_m() };
-    memory.wheel.left = Some(Jet::constant(after_m));
-    (before_m + after_m) / 2.0
-}
-
 /// The share of a turn in the motion: 0 on a straight, 1 in a spin.
 fn sharpness(step: &Step) -> f64 {
     let rim_mps = step.turn_rate_rad_s().abs() * step.track_width_m;
@@ -130,14 +108,6 @@ pub(super) static FUNCTIONS: &[AuxiliaryEffect] = &[
             let share = if ds_m.abs() > 1e-9 { share * (1.0 / ds_m) } else { Jet::ZERO };
             let turn = p[2] * (v - soon) + p[3] * (v - later);
             Change { travel: WheelPair::both(share), turn_rad: turn * step.dt_s, ..Change::NONE }
-        },
-    },
-    // Shapes over speed.
-    AuxiliaryEffect {
-        regressor: Regressor::Speed,
-        act: |p, step, _| {
-            let v = step.speed_mps();
-            turns(p, [v * v.abs(), v * v, v * v * v, v * v * v.abs()].map(|x| x * step.dt_s))
         },
     },
     AuxiliaryEffect {
@@ -261,15 +231,6 @@ pub(super) static FUNCTIONS: &[AuxiliaryEffect] = &[
                 turn_rad: (p[2] * three.0 + p[3] * three.1) * path_m,
                 ..Change::NONE
             }
-        },
-    },
-    AuxiliaryEffect {
-        regressor: Regressor::SinceReversal,
-        act: |p, step, memory| {
-            let since_m = since_stop_m(step, memory);
-            let (short, long) = ((-since_m / 0.03).exp(), (-since_m / 0.12).exp());
-            let (turn_rad, ds_m) = (step.turn_rad().abs(), step.travel_m());
-            turns(p, [short * ds_m.abs(), short * ds_m, long * ds_m.abs(), short * turn_rad])
         },
     },
     AuxiliaryEffect {

@@ -260,12 +260,14 @@ fn groups_worth_adding(
         .filter(|(_, group)| !group.columns.is_empty())
         .collect();
     let mut more = Vec::new();
+    let overestimated = overestimated(prepared, &left_out(&equations, &model));
     while taken.len() + more.len() < GROUPS_MAX {
         let without = left_out(&equations, &model);
         let gains = parallel::map(&groups, |(_, group)| {
             let both: Vec<usize> = model.iter().chain(&group.columns).copied().collect();
             let with = left_out(&equations, &both);
-            without.iter().zip(&with).map(|(without, with)| without - with).sum::<f64>()
+            let gain = without.iter().zip(&with).map(|(without, with)| without - with);
+            overestimated * gain.sum::<f64>()
         });
         let best = (0..groups.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]));
         let Some(best) = best.filter(|best| gains[*best] > GAIN_MIN) else { break };
@@ -281,6 +283,23 @@ fn groups_worth_adding(
         }
     }
     more
+}
+
+/// Few numbers tell the variance of the noise to such a factor.
+const NOISE_TOLD: f64 = 1.5;
+
+/// By how many times the variance of the noise is overestimated beyond doubt, at least 1: how many numbers were measured,
+/// over the chi^2 of runs left out.
+///
+/// Where few numbers are measured, as at the ends of runs only, what no effect explains makes the noise so large that no
+/// group could gain enough.
+fn overestimated(prepared: &Prepared, left_out: &[f64]) -> f64 {
+    let poses = prepared.runs.iter().flat_map(|run| run.recording.measured_poses.iter().skip(1));
+    let numbers = poses.map(|pose| {
+        f64::from(2 * u8::from(pose.position_m.is_some()) + u8::from(pose.heading_rad.is_some()))
+    });
+    let chi_squared = left_out.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    (numbers.sum::<f64>() / (NOISE_TOLD * chi_squared)).max(1.0)
 }
 
 /// The group that lowers displacements of runs left out most, if by enough: (2).
@@ -300,12 +319,13 @@ fn lowers_tracks(
     let track_width_m = prepared.robot.track_width_m;
     let chi_squared = |columns: &[usize]| left_out(&equations, columns).iter().sum::<f64>();
     let without = chi_squared(&model);
+    let overestimated = overestimated(prepared, &[without]);
     let mut both = placed[..terms.len()].to_vec();
     let before = tracks(prepared, (&equations, &both), &model, noise);
     let mut best: Option<(f64, usize)> = None;
     for (index, term) in open.iter().zip(&placed[terms.len()..]) {
         let columns: Vec<usize> = model.iter().copied().chain(term.amplitudes()).collect();
-        if without - chi_squared(&columns) < GAIN_MIN {
+        if overestimated * (without - chi_squared(&columns)) < GAIN_MIN {
             continue;
         }
         both.push(term.clone());

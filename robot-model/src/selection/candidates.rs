@@ -16,6 +16,7 @@ use crate::recording::odometry_noise::OdometryNoise;
 use crate::selection::answers::{Answers, known};
 use crate::selection::dispersion::{run_scatter, scatter};
 use crate::selection::effect_test::{EffectTest, Hypothesis, test_effect};
+use crate::selection::track_gain::TrackGain;
 
 /// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
 pub(crate) const RIVAL_MARGIN: f64 = 9.0;
@@ -283,19 +284,25 @@ impl<'a> Screening<'a> {
         here.zip(there).is_some_and(|(here, there)| here.worse_than(&there, WORSE_TRACKS))
     }
 
-    /// For each effect of the model, by how much cross-validated tracks get better with it, all others fitted anew:
-    /// as the root of the mean squared displacement of the wheels \[m\].
-    pub fn sizes_m(&self, prepared: &Prepared) -> Vec<f64> {
-        let left = |left_out: &[usize]| self.displacement_m2(prepared, left_out);
-        let whole = left(&[]);
-        (0..self.in_model).map(|index| (left(&[index]) - whole).max(0.0).sqrt()).collect()
+    /// For each effect of the model, what cross-validated tracks gain by it, all others fitted anew.
+    pub fn track_gains(&self, prepared: &Prepared) -> Vec<TrackGain> {
+        let track_width_m = prepared.robot.track_width_m;
+        let whole = self.tracks_left_out(prepared, &[]);
+        let gain = |index: usize| {
+            let without = self.tracks_left_out(prepared, &[index]);
+            TrackGain::new(&without, &whole, track_width_m)
+        };
+        (0..self.in_model).map(gain).collect()
     }
 
     /// The mean squared displacement of the wheels in cross-validated tracks, without some effects of the model \[m^2\].
     pub fn displacement_m2(&self, prepared: &Prepared, left_out: &[usize]) -> f64 {
+        self.tracks_left_out(prepared, left_out).displacement_m2(prepared.robot.track_width_m)
+    }
+
+    fn tracks_left_out(&self, prepared: &Prepared, left_out: &[usize]) -> TrackErrors {
         let (equations, terms, columns) = self.variant(left_out, None);
         tracks(prepared, (&equations, &terms), &columns, &self.noise)
-            .displacement_m2(prepared.robot.track_width_m)
     }
 
     /// Whether cross-validated tracks are worse with an effect of the model than without, by more than a share.

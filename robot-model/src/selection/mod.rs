@@ -7,6 +7,7 @@
 //! | `answers.rs` | what has been asked of a fitted model and its candidates: each question takes a pass over all runs |
 //! | `effect_test.rs` | the test of one effect: likelihood, cross-validation, agreement between runs |
 //! | `dispersion.rs` | by how much more runs disagree about an effect than their noise explains |
+//! | `track_gain.rs` | what tracks of other runs gain by an effect, and whether that may be chance |
 //! | `classes.rs` | effects that a campaign cannot tell apart |
 //!
 //! Parameter values come from [`crate::estimation`]. What no effect of the catalogue explains is tested in
@@ -18,3 +19,4 @@ pub(crate) mod classes;
 pub(crate) mod dispersion;
 pub(crate) mod effect_test;
 pub(crate) mod select;
+pub(crate) mod track_gain;

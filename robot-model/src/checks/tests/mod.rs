@@ -4,3 +4,4 @@ mod clock;
 mod end_pose;
 mod hypotheses;
 mod mutations;
+mod slip;

@@ -5,7 +5,7 @@ use crate::explain::{Answer, explain};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::campaign::Campaign;
 use crate::recording::motion::Step;
-use crate::tests::synthetic::{campaign, full_plan};
+use crate::tests::synthetic::{campaign, end_poses_only, full_plan};
 
 /// Tyres that give way sideways, late: dn = -k F dt, T dF/dt = v omega - F.
 #[derive(Debug)]
@@ -77,6 +77,21 @@ fn a_heading_that_turns_with_v_abs_v_does_not_pass_for_noise() {
     for seed in 0..4 {
         let (sound, model, least, answer) = compared(&[Term::new(&own, vec![0.12])], 70 + seed);
         assert!(least < 1.15 * sound, "{least} of {sound}");
+        assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
+    }
+}
+
+#[test]
+fn nor_does_it_where_only_the_ends_of_runs_are_measured() {
+    let own = Custom::from_equation("dtheta = k * v * abs(v)").unwrap().build().unwrap();
+    for seed in 0..4 {
+        let hidden = [Term::new(&own, vec![0.12])];
+        let ends =
+            |hidden| explain(&end_poses_only(campaign(&full_plan(), hidden, 70 + seed))).unwrap();
+        let sound = mm(&ends(&[]).baseline.cross_validated);
+        let answer = ends(&hidden);
+        let last = answer.steps.last();
+        let model = mm(&last.map_or(answer.baseline.cross_validated, |step| step.cross_validated));
         assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
     }
 }

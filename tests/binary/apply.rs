@@ -333,8 +333,9 @@ fn umbmark_closes_squares(temp: &TempFolder) {
 fn what_explain_says_of_umbmarks_squares_has_values_and_intervals_in_lines_that_fit() {
     let temp = crooked();
     let arguments = "calibrate --method umbmark --runs 2 --cruise 0.2m/s --acceleration 0.3m/s^2 \
-                     --port sim:crooked.toml";
+                     --port sim:crooked.toml --flash flash";
     let said = temp.run(arguments).ok().stdout;
+    assert!(said.ends_with("\nbeeline apply --undo puts the old geometry back\n"), "{said}");
     let (_, explained) = said.split_once("What `explain` finds").unwrap();
     assert!(explained.contains("wheel_radius_ratio"), "{said}");
     // Wheels that differ by 1 %: a value, its sigma, its interval, its unit.

@@ -21,10 +21,10 @@ pub struct Promise {
 const PROTECTION_MS: f64 = 100.0;
 /// A wheel without current rolls out first \[ms\] (docs/safety.md, at the paper's cruise).
 const ROLL_OUT_MS: f64 = 250.0;
-/// From a higher speed it rolls until it is 20 mm from its setpoint: sqrt(2 x 0.02 / 0.2) \[ms\], at
-const ROLL_FAR_MS: f64 = 450.0;
-/// the deceleration of the robot with the least friction and the largest load \[m/s^2\].
+/// Deceleration without current, of the robot with the least friction and the largest load \[m/s^2\].
 const COASTS_MPS2: f64 = 0.2;
+/// From a higher speed it rolls until it is 20 mm from its setpoint: sqrt(2 x 0.02 / 0.2) \[ms\].
+const ROLL_FAR_MS: f64 = 450.0;
 /// A wheel that stands off its target is named after two stall times; and a look at it \[ms\].
 const STANDS_MS: f64 = 130.0;
 const PAPERS_CRUISE_MPS: f64 = 0.12;

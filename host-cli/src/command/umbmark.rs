@@ -111,17 +111,20 @@ fn finish(common: &Common, outcome: &UmbmarkOutcome) -> Result<()> {
     }
     let mm = |m: f64| format!("{:.1} mm", m * 1e3);
     match &outcome.decision {
-        Decision::Saved(after) if !common.json => say_apart(format_args!(
-            "{} E_max,syst {} before, {} after{}",
-            paint(GOOD, "Squares improved:"),
-            mm(before.error_m),
-            mm(after.error_m),
-            if common.robot_forgets() {
-                ""
-            } else {
-                "\n`beeline apply --undo` puts W_T and the track width back"
+        Decision::Saved(after) if !common.json => {
+            say_apart(format_args!(
+                "{} E_max,syst {} before, {} after",
+                paint(GOOD, "Squares improved:"),
+                mm(before.error_m),
+                mm(after.error_m)
+            ));
+            if !common.robot_forgets() {
+                say(format_args!(
+                    "{} puts the old geometry back",
+                    paint(BOLD, "beeline apply --undo")
+                ));
             }
-        )),
+        }
         Decision::AlreadySquare if !common.json => say_apart(format_args!(
             "{} neither W_T nor the track width stands out from the scatter of the squares. Nothing was changed.",
             paint(GOOD, "Square already:"),

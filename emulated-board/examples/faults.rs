@@ -1,4 +1,4 @@
-//! `cargo xtask bench faults [--seed S] [--cases N] [--case I] [--threads T]`: random faults at random instants,
+//! `cargo xtask bench faults [--seed S] [--cases N [--first I]] [--case I] [--threads T]`: random faults at random instants,
 //! on the flashed image.
 
 use std::collections::BTreeMap;
@@ -11,10 +11,12 @@ use std::time::{Duration, Instant};
 
 use emulated_board::random_faults::{Case, Name, Verdict, run};
 
-const USE: &str = "use: cargo xtask bench faults [--seed S] [--cases N] [--case I] [--threads T]";
+const USE: &str =
+    "use: cargo xtask bench faults [--seed S] [--cases N [--first I]] [--case I] [--threads T]";
 
 struct Options {
     seed: u64,
+    first: u64,
     cases: u64,
     case: Option<u64>,
     threads: usize,
@@ -23,7 +25,7 @@ struct Options {
 impl Options {
     fn parse() -> Result<Self, String> {
         let threads = std::thread::available_parallelism().map_or(1, usize::from);
-        let mut options = Self { seed: 1, cases: 2000, case: None, threads };
+        let mut options = Self { seed: 1, first: 0, cases: 2000, case: None, threads };
         let mut args = std::env::args().skip(1);
         while let Some(option) = args.next() {
             let value = args.next().ok_or(format!("{option} needs a value\n{USE}"))?;
@@ -32,6 +34,7 @@ impl Options {
             match option.as_str() {
                 "--seed" => options.seed = number?,
                 "--cases" => options.cases = number?,
+                "--first" => options.first = number?,
                 "--case" => options.case = Some(number?),
                 "--threads" => options.threads = number?.max(1) as usize,
                 _ => return Err(format!("unknown option {option}\n{USE}")),
@@ -51,7 +54,7 @@ fn main() -> ExitCode {
     };
     let indices = match options.case {
         Some(case) => case..case + 1,
-        None => 0..options.cases,
+        None => options.first..options.first + options.cases,
     };
     println!("seed {}, cases {} to {}", options.seed, indices.start, indices.end - 1);
     let results = run_all(&image, options.seed, indices, options.threads);

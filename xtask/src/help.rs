@@ -8,7 +8,7 @@ cargo xtask <chore>
   firmware [--board NAME] [--compiler pinned|distribution]
                      builds the boards' images and prints their sizes
   bench firmware     counts the instructions of a control tick, on the emulated board
-  bench faults [--seed S] [--cases N] [--case I] [--threads T]
+  bench faults [--seed S] [--cases N [--first I]] [--case I] [--threads T]
                      random faults at random instants on the emulated board: are the motors off
                      in time, and is each fault named correctly?
   bench dead-hosts [--seed S] [--cases N]

@@ -205,8 +205,9 @@ fn allowed(promises: &[(Promise, Driven)]) -> Vec<Name> {
     let mut allowed: Vec<Name> =
         promises.iter().flat_map(|(promise, _)| promise.names.clone()).collect();
     allowed.retain(|name| harmless || *name != Name::Harmless);
-    // A restart forgets what was latched.
+    // A restart forgets what was latched. What still lasts is then named.
     if allowed.iter().any(|name| matches!(name, Name::Restart(_))) {
+        allowed.extend(promises.iter().flat_map(|(promise, _)| promise.after_a_restart.clone()));
         allowed.retain(|name| *name != Name::Fault(Fault::EmergencyStop) || promises.len() > 1);
     }
     allowed

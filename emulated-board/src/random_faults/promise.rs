@@ -15,6 +15,8 @@ pub struct Promise {
     pub bound: MotorsOff,
     /// What it may be called.
     pub names: Vec<Name>,
+    /// What it may be called besides if a restart forgets the fault that was latched before it.
+    pub after_a_restart: Vec<Name>,
 }
 
 /// Wheels, encoders and motors at a moving setpoint \[ms\] (docs/safety.md).
@@ -57,7 +59,7 @@ impl Promise {
     /// What is promised at this instant.
     pub(super) fn of(kind: FaultKind, case: &Case, instant: &FaultInstant) -> Self {
         let (bound, names) = Self::table(kind, case, instant);
-        let mut promise = Self { bound, names };
+        let mut promise = Self { bound, names, after_a_restart: Vec::new() };
         if instant.situation == Situation::Latched {
             promise.while_latched();
         }
@@ -136,6 +138,8 @@ impl Promise {
 
     /// The first fault keeps its name, and the motors are off; only a restart forgets it.
     fn while_latched(&mut self) {
+        self.after_a_restart = self.names.clone();
+        self.after_a_restart.retain(|name| matches!(name, Name::Fault(_)));
         self.names.retain(|name| matches!(name, Name::Restart(_)));
         if self.names.is_empty() {
             self.names.push(Name::Fault(Fault::EmergencyStop));
@@ -184,8 +188,8 @@ fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Ve
 /// A wheel that its motor no longer turns.
 fn stalls(wheel: Wheel, slow: bool, instant: &FaultInstant) -> Vec<Name> {
     let mut names = vec![Name::Fault(Fault::Stall(wheel))];
-    if instant.starts_from_rest() {
-        // No count at all since the loop closed.
+    // No count at all since the loop closed; or so few that those of a plug that is pulled there are the same.
+    if instant.starts_from_rest() || instant.is_in_first_counts(wheel) {
         names.push(Name::Fault(Fault::EncoderDead(wheel)));
     }
     if !slow {

@@ -9,6 +9,7 @@ use robot_model::explain::{Answer, ParameterFound, StepFound};
 use super::benchmark_robot::BenchmarkRobot;
 use super::case::{Case, Kind};
 use super::hard::{GEOMETRY, Hard};
+use super::hidden_effects::also_there;
 use super::noise_of_twins::noise_of_twins;
 use super::plant::{Dose, Plant, Taken, Truth};
 use super::strength::sigmas;
@@ -236,7 +237,10 @@ fn compare(
     let holds = |step: &StepFound, id: &str| step.class.iter().any(|member| member == id);
     let there = |step: &StepFound| {
         let mut companions = case.effects.iter().flat_map(|secret| secret.with_companions());
+        let forces = case.effects.iter().filter_map(|secret| secret.of_forces());
+        let mut also = forces.flat_map(also_there);
         companions.any(|effect| holds(step, effect.facts().id))
+            || also.any(|id| holds(step, id))
             || case.hard.effects().iter().any(|id| holds(step, id))
     };
     let extra: Vec<&StepFound> = answer.steps.iter().filter(|step| !there(step)).collect();

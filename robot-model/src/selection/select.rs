@@ -354,3 +354,16 @@ fn removal<'a>(
     terms.remove(worst);
     Some(terms)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_track_can_refuse_has_to_be_rarer_by_chance() {
+        let test =
+            |moves_no_track| EffectTest { p_value: 4e-3, moves_no_track, ..EffectTest::default() };
+        assert!(!is_chance(&test(false), 23, 1), "cross-validated tracks refuse most of these");
+        assert!(is_chance(&test(true), 23, 1));
+    }
+}

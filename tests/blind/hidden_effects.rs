@@ -129,6 +129,20 @@ pub fn with_companions(effect: HiddenEffect) -> Vec<&'static dyn Effect> {
     core::iter::once(effect.id()).chain(companions.iter().copied()).filter_map(find).collect()
 }
 
+/// Effects that the plant of forces has as well where this one is hidden, by its own numbers or as a test of the simulator
+/// shows: `explain` is right to name them. They are no part of the fit that knows the truth.
+pub fn also_there(effect: HiddenEffect) -> &'static [&'static str] {
+    match effect {
+        // `apply` makes the track narrower, so that gentle arcs stay as they are.
+        HiddenEffect::Scrub => &["track_width"],
+        // It puts one wheel's contact point a centimetre ahead: the robot turns about a point off the axle's middle.
+        HiddenEffect::TurnAsymmetry => &["marker_offset"],
+        // In a spin the caster pushes creeping tyres aside: the robot turns about a point off the axle's middle.
+        HiddenEffect::SideSlip => &["marker_offset"],
+        _ => &[],
+    }
+}
+
 /// The regressors on which an effect outside the catalogue depends by its physics, by the names of `explain`; any of
 /// them is right.
 pub fn regressors(effect: HiddenEffect) -> &'static [&'static str] {

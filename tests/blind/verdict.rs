@@ -9,6 +9,7 @@ use robot_model::explain::{Answer, ParameterFound, StepFound};
 use super::benchmark_robot::BenchmarkRobot;
 use super::case::{Case, Kind};
 use super::hard::{GEOMETRY, Hard};
+use super::hidden_effects::also_there;
 use super::noise_of_twins::noise_of_twins;
 use super::plant::{Dose, Plant, Taken, Truth};
 use super::strength::sigmas;
@@ -234,12 +235,7 @@ fn compare(
     let after =
         answer.steps.last().map_or(answer.baseline.cross_validated, |step| step.cross_validated);
     let holds = |step: &StepFound, id: &str| step.class.iter().any(|member| member == id);
-    let there = |step: &StepFound| {
-        let mut companions = case.effects.iter().flat_map(|secret| secret.with_companions());
-        companions.any(|effect| holds(step, effect.facts().id))
-            || case.hard.effects().iter().any(|id| holds(step, id))
-    };
-    let extra: Vec<&StepFound> = answer.steps.iter().filter(|step| !there(step)).collect();
+    let extra: Vec<&StepFound> = answer.steps.iter().filter(|step| !is_there(case, step)).collect();
     let clock_found = clock_found(robot, &taken.truth, &answer);
     Verdict {
         reached,
@@ -282,6 +278,17 @@ fn compare(
         campaign: taken.campaign,
         answer,
     }
+}
+
+/// Whether a step's class holds something that the plant has.
+fn is_there(case: &Case, step: &StepFound) -> bool {
+    let holds = |id: &str| step.class.iter().any(|member| member == id);
+    let companions = case.effects.iter().flat_map(|secret| secret.with_companions());
+    let forces = case.effects.iter().filter_map(|secret| secret.of_forces());
+    let plants = companions
+        .map(|effect| effect.facts().id)
+        .chain(forces.flat_map(|effect| also_there(effect).iter().copied()));
+    plants.chain(case.hard.effects().iter().copied()).any(holds)
 }
 
 /// Whether the answer says how late the poses are, as a clock or as a delay; `None` if they are not.

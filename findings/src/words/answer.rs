@@ -26,7 +26,10 @@ pub fn evidence(step: &StepFound) -> String {
 pub fn worth(step: &StepFound) -> String {
     let mm = 1e3 * step.effect_size_m;
     match (step.moves_no_track, step.matters) {
-        (true, _) => "it concerns a sensor, and moves no track".to_owned(),
+        (true, true) => "it concerns a sensor, and moves no track".to_owned(),
+        (true, false) => {
+            "it concerns a sensor, and turns its heading by too little to matter".to_owned()
+        }
         (false, true) => format!("it removes {mm:.2} mm of the error of these runs"),
         (false, false) if mm < 0.005 => {
             "it removes none of the error of these runs: too little to matter".to_owned()

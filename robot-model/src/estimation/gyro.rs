@@ -85,6 +85,30 @@ pub(crate) fn fixed_segments(run: &PreparedRun, terms: &[Term<'_>]) -> Vec<GyroS
     segments(run, Terms::Fixed(terms)).0
 }
 
+/// How far an effect of these turns the heading that the yaw rate sensor tells, root of the mean square over all measured
+/// headings, from the best start of each run \[rad\].
+pub(crate) fn heading_turned_rad(runs: &[PreparedRun], terms: &[Term<'_>], effect: usize) -> f64 {
+    let mut without = terms.to_vec();
+    without.remove(effect);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for run in runs {
+        let pairs = fixed_segments(run, terms).into_iter().zip(fixed_segments(run, &without));
+        let mut turned_rad = 0.0;
+        // The first one ends where the heading is first measured.
+        let each: Vec<f64> = pairs
+            .enumerate()
+            .map(|(index, (with, without))| {
+                turned_rad += if index > 0 { with.turn_rad - without.turn_rad } else { 0.0 };
+                turned_rad
+            })
+            .collect();
+        let mean = each.iter().sum::<f64>() / each.len().max(1) as f64;
+        sum += each.iter().map(|rad| (rad - mean).powi(2)).sum::<f64>();
+        count += each.len() as f64;
+    }
+    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+}
+
 /// The innovations of the segments of a run with this noise: for each after the first, with its index, nu, its variance
 /// s and the gain.
 pub(crate) fn follow<T: Number>(

@@ -64,13 +64,12 @@ pub struct Averaged {
 
 impl Answer {
     /// The same answer, judged by another tolerance: what matters moves the robot by more than that \[m\], and brings runs
-    /// nearer that it was not fitted to. What moves no track at all, such as the bias of a yaw rate sensor, matters where it
-    /// is there.
+    /// nearer that it was not fitted to. What moves no track at all, such as the bias of a yaw rate sensor, matters if a robot
+    /// that goes by the sensor's heading is off by more.
     pub fn with_tolerance(mut self, tolerance_m: f64) -> Self {
         self.tolerance_m = tolerance_m;
         for step in self.known.iter_mut().chain(&mut self.steps) {
-            step.matters =
-                step.moves_no_track || (step.effect_size_m > tolerance_m && step.nears_runs);
+            step.matters = step.effect_size_m > tolerance_m && step.nears_runs;
         }
         self
     }
@@ -107,7 +106,8 @@ pub struct StepFound {
     /// Why it is accepted.
     pub evidence: Evidence,
     /// The cross-validated error that it removes, all other effects fitted with it and without: the root of the mean
-    /// squared displacement of the wheels' contact points over the user's runs \[m\].
+    /// squared displacement of the wheels' contact points over the user's runs. Of an effect that moves no track: how far the
+    /// heading that the sensor tells would displace them \[m\].
     pub effect_size_m: f64,
     /// It acts on a sensor and moves no track.
     pub moves_no_track: bool,

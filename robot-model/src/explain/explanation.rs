@@ -9,6 +9,7 @@ use crate::effect::definition::{ActsOn, Effect, Facts, Need};
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{ErrorPair, Errors, cross_validated, errors_on_runs};
 use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
+use crate::estimation::gyro::heading_turned_rad;
 use crate::explain::answer::{Answer, Evidence, Reason, Rejected, StepFound};
 use crate::explain::held_out;
 use crate::explain::model_averaging::{averaged, mean};
@@ -192,6 +193,15 @@ fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, TrackGain)
         gain: test.cross_validated_gain,
         one_run_alone: test.one_run_alone,
     };
+    let moves_no_track = facts.acts_on == ActsOn::Gyro;
+    // As far as the wheels of a robot would be off that goes by the sensor's heading.
+    let size_m = match moves_no_track {
+        true => {
+            let turned_rad = heading_turned_rad(&prepared.runs, &fitted.terms, index);
+            turned_rad * prepared.robot.track_width_m / 2.0
+        }
+        false => gain.size_m,
+    };
     StepFound {
         effect: facts.id.to_owned(),
         class: members,
@@ -200,9 +210,9 @@ fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, TrackGain)
         cross_validated: after.cross_validated,
         p_value: test.p_value,
         evidence,
-        effect_size_m: gain.size_m,
-        moves_no_track: facts.acts_on == ActsOn::Gyro,
-        nears_runs: gain.nears_runs(test.touched),
+        effect_size_m: size_m,
+        moves_no_track,
+        nears_runs: moves_no_track || gain.nears_runs(test.touched),
         matters: true,
     }
 }

@@ -13,7 +13,7 @@
 
 use nalgebra::DVector;
 
-use crate::effect::definition::{Effect, Parameter, Role};
+use crate::effect::definition::{ActsOn, Effect, Parameter, Role};
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::normal_equations::{Columns, EquationsWithout, Sums};
 use crate::numeric::distributions::{chi_squared, fisher};
@@ -61,6 +61,8 @@ pub(crate) struct EffectTest {
     pub p_value_of_many: f64,
     /// It has a shape, which is fitted to all folds: its gain (2) is not altogether cross-validated.
     pub has_shape: bool,
+    /// It acts on a sensor and moves no track, so no track says anything against it.
+    pub moves_no_track: bool,
     /// One fold alone holds nearly all information about it. The cross-validated gain is then the one to be expected
     /// on as much data again.
     pub one_run_alone: bool,
@@ -226,6 +228,7 @@ fn test_amplitudes(
             .map_or(p_value_of_many, |degrees| fisher(own, degrees, gain / dispersion)),
         p_value_of_many,
         has_shape: own > hypothesis.asked.len(),
+        moves_no_track: hypothesis.effect.facts().acts_on == ActsOn::Gyro,
         own_share,
         touched,
         better,

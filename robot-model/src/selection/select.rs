@@ -22,8 +22,9 @@ const MODELS_MAX: usize = 16;
 const FALSE_ALARM: f64 = 0.12;
 /// Stricter beside another effect: where an equation misses part of its own effect, the rest resembles one more.
 const FALSE_ALARM_BESIDE: f64 = 0.06;
-/// Strictest for an effect with a shape: cross-validation refuses fewer of these.
-const FALSE_ALARM_OF_SHAPES: f64 = 0.04;
+/// Strictest for an effect with a shape, of which cross-validation refuses fewer, and for one of a sensor, which no
+/// track can refuse.
+const FALSE_ALARM_STRICTEST: f64 = 0.04;
 /// Screening lets more pass: an effect that fails its test is removed in the end.
 const SCREENING_P_MAX: f64 = 0.03;
 /// This many of the effects that fail at first are tested again, with the noise that they leave.
@@ -297,10 +298,10 @@ fn reconsidered<'a>(
 /// Whether the result of a test may be chance, in a model of `effects` effects (this one counted) and with `asked`
 /// effects tested.
 pub(crate) fn is_chance(test: &EffectTest, asked: usize, effects: usize) -> bool {
-    let false_alarm = match (effects > 1, test.has_shape) {
+    let false_alarm = match (effects > 1, test.has_shape || test.moves_no_track) {
         (false, false) => FALSE_ALARM,
         (true, false) => FALSE_ALARM_BESIDE,
-        (_, true) => FALSE_ALARM_OF_SHAPES,
+        (_, true) => FALSE_ALARM_STRICTEST,
     };
     // Bonferroni: every effect that might be there is tested.
     test.p_value * asked as f64 > false_alarm
@@ -352,4 +353,17 @@ fn removal<'a>(
     let mut terms = fitted.terms.clone();
     terms.remove(worst);
     Some(terms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_track_can_refuse_has_to_be_rarer_by_chance() {
+        let test =
+            |moves_no_track| EffectTest { p_value: 4e-3, moves_no_track, ..EffectTest::default() };
+        assert!(!is_chance(&test(false), 23, 1), "cross-validated tracks refuse most of these");
+        assert!(is_chance(&test(true), 23, 1));
+    }
 }

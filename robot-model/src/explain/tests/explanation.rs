@@ -39,6 +39,24 @@ fn every_effect_alone_is_named_first() {
 }
 
 #[test]
+fn an_error_of_a_sensor_is_worth_as_much_as_it_turns_the_heading_that_the_sensor_tells() {
+    let of = |bias_rad_s: f64| {
+        let answer = explain(&campaign(&full_plan(), &[term("gyro_bias", &[bias_rad_s])], 40));
+        let answer = answer.unwrap();
+        let step = answer.steps.iter().find(|step| step.effect == "gyro_bias").unwrap().clone();
+        assert!(step.moves_no_track && step.matters, "{step:?}");
+        let wide = answer.with_tolerance(1.0);
+        let step_then = wide.steps.iter().find(|step| step.effect == "gyro_bias").unwrap();
+        assert!(!step_then.matters, "{step_then:?}");
+        step.effect_size_m
+    };
+    let (small_m, large_m) = (of(0.004), of(0.008));
+    // Some seconds of it, on half of a track width of about 0.3 m.
+    assert!((5e-4..1e-2).contains(&small_m), "{small_m} m");
+    assert!((1.8..2.2).contains(&(large_m / small_m)), "{small_m} m, {large_m} m");
+}
+
+#[test]
 fn every_effect_is_among_those_that_are_tested_alone() {
     let tested = ALONE.map(|(id, _)| id);
     let catalogue: Vec<&str> = CATALOGUE.iter().map(|effect| effect.facts().id).collect();

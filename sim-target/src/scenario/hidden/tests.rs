@@ -271,3 +271,50 @@ fn late_tyres_show_even_on_a_robot_that_grips_the_more_the_stronger() {
     // It is late rather than soft: the slip m/(2 k sigma) stays below 0.7 % per m/s^2.
     assert!(whole.1 > 300.0, "{} N", whole.1);
 }
+
+/// How far ahead of the point about which a robot spins to the left the middle of its axle lies, and how far to the left
+/// \[m\], from the middle of a spin on.
+fn off_the_turning_point_m(effect: HiddenEffect, strength: f64) -> [f64; 2] {
+    let mut scenario = gripping();
+    // As in the blind benchmark.
+    scenario.plant.tyre.rolling_resistance *= 0.25;
+    scenario.plant.caster.rolling_resistance *= 0.25;
+    effect.apply(&mut scenario, strength, &mut ChaCha8Rng::seed_from_u64(1));
+    assert_eq!(scenario.validate(), Ok(()));
+    let sight = watch(&scenario, ShownBy::Spin, 0.0);
+    let turning =
+        |sample: &&CameraSample| sample.t_s < 5.0 && (1.5..5.8).contains(&sample.heading_rad);
+    let seen: Vec<&CameraSample> = sight.camera.iter().filter(turning).collect();
+    let n = seen.len() as f64;
+    let mean = |of: &dyn Fn(&CameraSample) -> f64| seen.iter().map(|one| of(one)).sum::<f64>() / n;
+    let (x_m, y_m) = (mean(&|one| one.x_m), mean(&|one| one.y_m));
+    let (cos, sin) = (mean(&|one| one.heading_rad.cos()), mean(&|one| one.heading_rad.sin()));
+    // Places lie on a circle, p = c + l exp(i heading): least squares.
+    let (mut ahead, mut left, mut square) = (0.0, 0.0, 0.0);
+    for one in seen {
+        let (dx_m, dy_m) = (one.x_m - x_m, one.y_m - y_m);
+        let (c, s) = (one.heading_rad.cos() - cos, one.heading_rad.sin() - sin);
+        ahead += dx_m * c + dy_m * s;
+        left += dy_m * c - dx_m * s;
+        square += c * c + s * s;
+    }
+    [ahead / square, left / square]
+}
+
+/// The blind benchmark counts a marker offset as there where one of these is hidden, and a track width beside scrub.
+#[test]
+fn what_yields_sideways_moves_the_point_about_which_a_robot_spins_and_scrub_narrows_the_track() {
+    let ahead_m =
+        |effect: HiddenEffect, strength: f64| off_the_turning_point_m(effect, strength)[0];
+    let sound_m = ahead_m(HiddenEffect::SideSlip, 0.0);
+    assert!(sound_m.abs() < 1e-5, "{sound_m} m");
+    for effect in [HiddenEffect::SideSlip, HiddenEffect::TurnAsymmetry] {
+        let moved_m = [0.5, 1.0, 2.0].map(|strength| ahead_m(effect, strength) - sound_m);
+        println!("{effect}: {moved_m:?} m beside {sound_m}");
+        // A tenth of the noise of one picture is what matters: 0.1 mm.
+        assert!(moved_m[1].abs() > 1e-4, "{effect}: {moved_m:?} m");
+        assert!(moved_m[2].abs() > 1e-4, "{effect}: {moved_m:?} m");
+    }
+    let narrow = hide(HiddenEffect::Scrub, 1.0).plant.geometry.track_width_m;
+    assert!(narrow < 0.99 * sound().plant.geometry.track_width_m, "{narrow} m");
+}

@@ -5,6 +5,8 @@ use host_link::session::Session;
 use shared_proto::{Command, Config, Fault, State, Telemetry, TravelUnit, Wheel, WheelPair};
 
 use super::floor::Floor;
+use super::rest::{self, Rest};
+use super::rolls_by_itself;
 use crate::error::Result;
 
 /// The paper's cruise and ramp, in turns of a wheel; the fast profile is so many times as fast.
@@ -80,13 +82,22 @@ pub async fn drive(
     for (motion, is_fast) in [(fast, true), (back.reversed(), !slow)] {
         let mut telemetry = Vec::new();
         let options = RecordOptions::default();
+        let mut rest = Rest::Stands;
         let driven =
             motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
+        if let Err(host_link::Error::Faulted(report)) = &driven
+            && is_ours(report.fault)
+        {
+            rest = rest::wait_until_wheels_stand(session, &mut telemetry).await?;
+        }
         floor.follow(config, &telemetry);
         match driven {
             Ok(_) => sums.add(&motion, &telemetry, is_fast),
             Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
                 session.request(Command::ClearFault { number: report.number }).await?;
+                if rest == Rest::Rolls {
+                    return Err(rolls_by_itself());
+                }
                 return Ok(Outcome::Faulted(report.fault));
             }
             Err(error) => return Err(error.into()),

@@ -6,12 +6,14 @@
 //! | `experiments.rs` | the voltages, one experiment after the other |
 //! | `recorded.rs` | the experiments as a campaign |
 //! | `following.rs` | how well the wheels follow a profile |
+//! | `rest.rs` | waits for wheels that a fault left rolling |
 //! | `settings.rs` | from constants and gains to a configuration |
 
 mod experiments;
 mod floor;
 mod following;
 pub mod recorded;
+mod rest;
 mod settings;
 
 use std::path::PathBuf;

@@ -8,7 +8,7 @@ use beeline_tests::robot::{on_robot, on_robot_with};
 use beeline_tests::tuning::outcome::FLOOR_M;
 use beeline_tests::tuning::robots::draw;
 use futures_lite::future;
-use host_cli::tune::{Settings, Tuned, tune};
+use host_cli::tune::{DriveOutcome, Settings, Tuned, tune};
 use host_link::Cancel;
 use shared_proto::{Config, State, Wheel};
 use sim_target::plant::PlantFault;
@@ -179,4 +179,16 @@ fn ctrl_c_ends_it_at_any_time() {
     for at_s in [1.0, 15.0, 35.0] {
         fails(at_s, |_, cancel| cancel.request(), &["Ctrl-C", "stopped"]);
     }
+}
+
+#[test]
+fn the_first_experiment_waits_for_wheels_that_a_fault_left_rolling() {
+    // With the factory's gains its first drive ends with a fault, and little friction lets it roll on.
+    let robot = draw(1_100_020);
+    let tuned = robot.tune().tuned.unwrap_or_else(|error| panic!("{error}"));
+    assert!(matches!(tuned.before, DriveOutcome::Faulted(_)), "{:?}", tuned.before);
+    let motor = tuned.fit.constants.value.wheels.left;
+    let [ks, kv, _] = robot.truth;
+    assert!((motor.ks_forward_v / ks - 1.0).abs() < 0.1, "{motor:?} {ks}");
+    assert!((motor.kv_v_s_per_m / kv - 1.0).abs() < 0.03, "{motor:?} {kv}");
 }

@@ -42,6 +42,8 @@ const LEVELS: [f64; 3] = [0.25, 0.55, 0.95];
 /// A step takes this long, unless it would need too much floor \[s\].
 const STEP_S: f64 = 1.0;
 const STEP_S_MIN: f64 = 0.15;
+/// Less room than this is none \[m\].
+const ROOM_M_MIN: f64 = 0.02;
 /// Below this share of the top speed a step is longer, as long as this \[s\].
 const CREEPING: f64 = 0.2;
 const CREEP_S: f64 = 3.0;
@@ -106,6 +108,8 @@ impl<'a> Experiments<'a> {
         }
         // Before the motors are known: a little above what has just turned the wheels.
         let first_v = (1.25 * volts + 0.06 * self.supply_v).min(SUPPLY_SHARE * self.supply_v);
+        // The first drives may have ended behind where the robot stood, or far ahead.
+        self.go_back(session, floor, first_v).await?;
         for (index, share) in LEVELS.into_iter().enumerate() {
             doing(["slow steps", "steps", "fast steps"][index]);
             for sign in [1.0, -1.0] {
@@ -113,6 +117,9 @@ impl<'a> Experiments<'a> {
                     (0, _) | (_, None) => (first_v * (1.0 + index as f64), None),
                     (_, Some(model)) => self.level(&model, share),
                 };
+                if sign < 0.0 {
+                    self.make_room(session, floor, volts, cruise).await?;
+                }
                 self.steps(session, floor, &[(sign, sign)], volts, cruise).await?;
             }
             self.go_back(session, floor, first_v).await?;
@@ -287,7 +294,7 @@ impl<'a> Experiments<'a> {
         let room_m = if spins { 0.5 } else { floor.room_m(signs[0].0 > 0.0) };
         // The robot may roll out after its limit.
         let room_m = room_m - cruise.map_or(0.0, |cruise| cruise.roll_m);
-        if room_m < 0.02 {
+        if room_m < ROOM_M_MIN {
             return Err(too_little_floor());
         }
         // Half of the room for the drive itself: the rest for what the first estimate is off.
@@ -318,6 +325,24 @@ impl<'a> Experiments<'a> {
             _ => "steps",
         };
         self.apply(session, floor, name, &run).await.map(drop)
+    }
+
+    /// Drives forwards once more if the robot is so near the beginning of its floor that it cannot go back.
+    async fn make_room(
+        &mut self,
+        session: &mut Session,
+        floor: &mut Floor,
+        volts: f64,
+        cruise: Option<Cruise>,
+    ) -> Result<()> {
+        let roll_m = cruise.map_or(0.0, |cruise| cruise.roll_m);
+        for _ in 0..2 {
+            if floor.room_m(false) - roll_m >= ROOM_M_MIN {
+                break;
+            }
+            self.steps(session, floor, &[(1.0, 1.0)], volts, cruise).await?;
+        }
+        Ok(())
     }
 
     /// Slowly towards where the robot stood at first, if it is far from there.

@@ -4,7 +4,10 @@ use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::Session;
 use shared_proto::{Command, Config, Fault, State, Telemetry, TravelUnit, Wheel, WheelPair};
 
+use super::acceleration::AccelerationSums;
 use super::floor::Floor;
+use super::rest::{self, Rest};
+use super::rolls_by_itself;
 use crate::error::Result;
 
 /// The paper's cruise and ramp, in turns of a wheel; the fast profile is so many times as fast.
@@ -13,6 +16,8 @@ const RAMP_REV_S2: f64 = 0.101;
 const FAST: f64 = 5.0;
 /// An error of so many counts, root mean square, is what a count hides, twice: 2 / sqrt(12).
 const COUNTS_TOLD: f64 = 0.577;
+/// Twice what a quiet supply's noise leaves \[m\].
+const NOISE_M: f64 = 4e-5;
 
 /// How well the wheels followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,6 +32,8 @@ pub struct Following {
     pub overshoot: f64,
     /// Change of the duty from frame to frame while cruising, root mean square.
     pub duty_noise: f64,
+    /// What the loop added per acceleration in the fast drives, as a share of the nominal supply \[s^2/m\].
+    pub feedback_s2_per_m: WheelPair<f64>,
 }
 
 /// What came of the drives.
@@ -51,6 +58,13 @@ impl Following {
             }
             Outcome::Faulted(_) => true,
         }
+    }
+}
+
+impl Following {
+    /// Whether the fast profile shows more than what counts and noise leave.
+    pub fn is_loose(&self, meters_per_count: f64) -> bool {
+        self.fast_rms_m > (COUNTS_TOLD * meters_per_count).max(NOISE_M)
     }
 }
 
@@ -80,13 +94,22 @@ pub async fn drive(
     for (motion, is_fast) in [(fast, true), (back.reversed(), !slow)] {
         let mut telemetry = Vec::new();
         let options = RecordOptions::default();
+        let mut rest = Rest::Stands;
         let driven =
             motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
+        if let Err(host_link::Error::Faulted(report)) = &driven
+            && is_ours(report.fault)
+        {
+            rest = rest::wait_until_wheels_stand(session, &mut telemetry).await?;
+        }
         floor.follow(config, &telemetry);
         match driven {
             Ok(_) => sums.add(&motion, &telemetry, is_fast),
             Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
                 session.request(Command::ClearFault { number: report.number }).await?;
+                if rest == Rest::Rolls {
+                    return Err(rolls_by_itself());
+                }
                 return Ok(Outcome::Faulted(report.fault));
             }
             Err(error) => return Err(error.into()),
@@ -116,6 +139,7 @@ struct Sums {
     overshoot: f64,
     duty_squares: f64,
     duty_count: f64,
+    accelerations: AccelerationSums,
 }
 
 impl Sums {
@@ -125,6 +149,9 @@ impl Sums {
             .iter()
             .filter(|frame| frame.state == State::Driving && !frame.probing)
             .collect();
+        if is_fast {
+            self.accelerations.add(&driving);
+        }
         let settled = &driving[driving.len() / 3..];
         for wheel in Wheel::BOTH {
             let distance_m = *motion.distance.get(wheel);
@@ -163,6 +190,7 @@ impl Sums {
             worst_m: self.worst_m,
             overshoot: self.overshoot,
             duty_noise: (self.duty_squares / self.duty_count.max(1.0)).sqrt(),
+            feedback_s2_per_m: self.accelerations.feedback_s2_per_m(),
         }
     }
 }

@@ -4,6 +4,7 @@ use robot_model::drivetrain::{self, DrivetrainFit, Gains, LoopFacts, WheelMotor}
 use serde::{Deserialize, Serialize};
 use shared_proto::{
     Config, FeedforwardConfig, LimitsConfig, PidConfig, ProtectionConfig, WheelFeedforward,
+    WheelPair,
 };
 
 use crate::error::{Error, Result};
@@ -139,4 +140,19 @@ pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64)
         limits.stop_deceleration_mps2 = limits.stop_deceleration_mps2.min(steepest).max(0.05);
     }
     tuned
+}
+
+/// The same with the feedforward of the acceleration that a drive has shown to be missing; `feedback_s2_per_m` is what the loop
+/// added, as a share of the nominal supply.
+pub fn refined(tuned: &Config, feedback_s2_per_m: WheelPair<f64>) -> Config {
+    let mut refined = tuned.clone();
+    let nominal_v = tuned.feedforward.nominal_v();
+    // The measured speed is half a window old: this much is meant to come from the loop.
+    let meant_s2_per_m = 0.5 * SPEED_WINDOW_S * tuned.pid.kd_s_per_m;
+    let FeedforwardConfig { left, right, .. } = &mut refined.feedforward;
+    for (wheel, added) in [(left, feedback_s2_per_m.left), (right, feedback_s2_per_m.right)] {
+        let missing_v_s2_per_m = (added - meant_s2_per_m) * nominal_v;
+        wheel.ka_v_s2_per_m = (wheel.ka_v_s2_per_m + missing_v_s2_per_m).max(0.0);
+    }
+    refined
 }

@@ -61,14 +61,16 @@ fn acceleration_mps2(frames: [&Telemetry; 3], wheel: Wheel) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use shared_proto::{PidTerms, Telemetry, WheelTelemetry};
+    use shared_proto::{
+        PidTerms, Pose, PoseDeviation, State, Telemetry, WheelPair, WheelTelemetry,
+    };
 
     use super::AccelerationSums;
 
     #[test]
     fn what_the_loop_adds_by_acceleration_is_told_from_what_friction_and_speed_take() {
         // Up to 0.4 m/s with 0.5 m/s^2, and down again; the loop adds 0.02 s^2/m, 0.005 for speed and 0.003 for friction.
-        let frames: Vec<Telemetry> = (0..=200)
+        let frames: Vec<Telemetry> = (0..=200_u32)
             .map(|number| {
                 let t_s = f64::from(number) * 0.01;
                 let left_s = 2.0 - t_s;
@@ -86,9 +88,16 @@ mod tests {
                     terms,
                     ..WheelTelemetry::default()
                 };
-                let mut frame = Telemetry { t_us: number as u64 * 10_000, ..Telemetry::default() };
-                (frame.wheels.left, frame.wheels.right) = (wheel, wheel);
-                frame
+                Telemetry {
+                    number,
+                    t_us: u64::from(number) * 10_000,
+                    state: State::Driving,
+                    probing: false,
+                    wheels: WheelPair::both(wheel),
+                    supply_mv: 12_000,
+                    pose: Pose::default(),
+                    deviation: PoseDeviation::default(),
+                }
             })
             .collect();
         let mut sums = AccelerationSums::default();

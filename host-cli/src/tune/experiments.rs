@@ -360,7 +360,8 @@ impl<'a> Experiments<'a> {
                     let (volts, cruise) = self.level(&model, LEVELS[0]);
                     (volts, cruise.map_or(0.0, |cruise| cruise.roll_m))
                 }
-                None => (first_v, 0.0),
+                // How far it rolls is not known yet: half of the way.
+                None => (first_v, 0.5 * at_m.abs()),
             };
             let way_m = at_m.abs() - roll_m;
             if at_m.abs() < 0.04 || way_m < 0.01 {

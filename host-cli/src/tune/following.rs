@@ -7,7 +7,6 @@ use shared_proto::{Command, Config, Fault, State, Telemetry, TravelUnit, Wheel, 
 use super::acceleration::AccelerationSums;
 use super::floor::Floor;
 use super::rest::{self, Rest};
-use super::rolls_by_itself;
 use crate::error::Result;
 
 /// The paper's cruise and ramp, in turns of a wheel; the fast profile is so many times as fast.
@@ -108,7 +107,7 @@ pub async fn drive(
             Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
                 session.request(Command::ClearFault { number: report.number }).await?;
                 if rest == Rest::Rolls {
-                    return Err(rolls_by_itself());
+                    return Err(rest::rolls_by_itself());
                 }
                 return Ok(Outcome::Faulted(report.fault));
             }

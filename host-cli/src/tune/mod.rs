@@ -193,7 +193,7 @@ impl Tuner<'_> {
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
         if fit.constants.load_disturbance().is_some_and(|push| !push.held) {
-            return Err(rolls_by_itself());
+            return Err(rest::rolls_by_itself());
         }
 
         let counts_m = self.original.encoder.map(|e| self.original.meters_per_count(&e));
@@ -298,12 +298,6 @@ impl Tuner<'_> {
         }
         Ok(())
     }
-}
-
-fn rolls_by_itself() -> Error {
-    Error::new("something pushes the robot as hard as its friction can hold it").hint(
-        "tune on a level floor, without a cable that pulls; the robot must stand still by itself",
-    )
 }
 
 fn not_better(before: &DriveOutcome, after: Option<&DriveOutcome>) -> Error {

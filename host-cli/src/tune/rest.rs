@@ -9,7 +9,7 @@ use std::time::Duration;
 use host_link::session::Session;
 use shared_proto::{Command, Telemetry};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Time between two telemetry frames \[ms\].
 const PERIOD_MS: u16 = 20;
@@ -59,6 +59,13 @@ pub async fn wait_until_wheels_stand(
     }
     session.request(Command::Subscribe { period_ms: 0 }).await?;
     Ok(rest)
+}
+
+/// What to say of it.
+pub fn rolls_by_itself() -> Error {
+    Error::new("something pushes the robot as hard as its friction can hold it").hint(
+        "tune on a level floor, without a cable that pulls; the robot must stand still by itself",
+    )
 }
 
 /// Whether the wheels stand, by the counts of each slice.

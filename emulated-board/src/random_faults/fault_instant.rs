@@ -42,8 +42,6 @@ pub struct FaultInstant {
     brakes_ms: f64,
     /// The wheels' setpoints \[m/s\].
     speed_mps: WheelPair<f64>,
-    /// How far the setpoints have advanced along the motion's first ramp \[m\].
-    advanced_m: WheelPair<f64>,
     /// How far the wheels were from their setpoints at last \[um\].
     error_um: WheelPair<i32>,
 }
@@ -51,8 +49,6 @@ pub struct FaultInstant {
 /// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
 /// a setpoint half as fast \[m\].
 const SHOWN_M: f64 = 0.004;
-/// Four counts of the bench's encoders: by fewer, a wheel that stops and a plug that is pulled are not told apart \[m\].
-const FIRST_COUNTS_M: f64 = 4.0 * 0.25e-3;
 /// The stall time, and a look at it \[ms\].
 const STALL_MS: f64 = 70.0;
 /// The times of the host's looks at the robot, ticks of planning, and a settled wheel's 250 ms \[ms\].
@@ -103,7 +99,6 @@ impl FaultInstant {
             end_ms: (end_us - at_us as f64) / 1000.0,
             brakes_ms: (motion.brakes_us() - at_us as f64) / 1000.0,
             speed_mps: motion.wheels_mps(at_us as f64),
-            advanced_m: motion.advanced_m(at_us as f64),
             error_um: timeline.error_um,
         }
     }
@@ -169,12 +164,6 @@ impl FaultInstant {
     pub fn starts_from_rest(&self) -> bool {
         self.situation == Situation::Before
             || self.moves_later && (self.situation == Situation::Rest || self.shown_ms.is_none())
-    }
-
-    /// Whether a motion from rest has advanced by a few counts only.
-    pub fn is_in_first_counts(&self, wheel: Wheel) -> bool {
-        let moves = self.situation == Situation::Moving && !self.stopping;
-        moves && *self.advanced_m.get(wheel) < FIRST_COUNTS_M
     }
 
     /// For what is looked at while the robot is armed.
@@ -282,12 +271,6 @@ impl Progress {
         let ramp_s = self.stop_us.map_or(self.ramp_s, |_| self.cruise_mps / STOP_MPS2);
         let ramp = (s / self.ramp_s).min(left_s / ramp_s).clamp(0.0, 1.0);
         self.shares.map(|share| share * self.cruise_mps * ramp)
-    }
-
-    /// How far the wheels' setpoints have advanced, as long as they speed up.
-    fn advanced_m(&self, at_us: f64) -> WheelPair<f64> {
-        let s = (at_us - self.begin_us) * 1e-6;
-        self.shares.map(|share| share * self.cruise_mps / self.ramp_s * s * s / 2.0)
     }
 
     /// The slower wheel's.

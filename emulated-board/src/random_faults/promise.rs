@@ -188,8 +188,8 @@ fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Ve
 /// A wheel that its motor no longer turns.
 fn stalls(wheel: Wheel, slow: bool, instant: &FaultInstant) -> Vec<Name> {
     let mut names = vec![Name::Fault(Fault::Stall(wheel))];
-    // No count at all since the loop closed; or so few that those of a plug that is pulled there are the same.
-    if instant.starts_from_rest() || instant.is_in_first_counts(wheel) {
+    if instant.starts_from_rest() {
+        // No count at all since the loop closed.
         names.push(Name::Fault(Fault::EncoderDead(wheel)));
     }
     if !slow {

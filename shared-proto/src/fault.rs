@@ -17,7 +17,7 @@ pub enum Fault {
     FollowingError(Wheel),
     /// The wheel slowed down and stood still although it was driven: blocked, or the motor is off.
     Stall(Wheel),
-    /// The count stopped dead while the wheel was driven: an encoder wire, or a hard jam.
+    /// The count stopped dead, or goes up and down, while the wheel turned: an encoder wire, or a hard jam.
     EncoderDead(Wheel),
     /// The count runs against the motor: encoder or motor wires are swapped.
     EncoderReversed(Wheel),
@@ -41,6 +41,9 @@ pub enum Fault {
     EncodersExchanged(Wheel),
     /// The supply is above `protection.supply_v_max`.
     SupplyHigh,
+    /// Driven from rest, the count did not change, or by a few counts only: they do not tell a motor without current from
+    /// a wheel that is held or an encoder without a plug.
+    NoResponse(Wheel),
 }
 
 impl Fault {
@@ -61,6 +64,7 @@ impl Fault {
             Fault::Unsupervised => "unsupervised",
             Fault::EncodersExchanged(_) => "encoders_exchanged",
             Fault::SupplyHigh => "supply_high",
+            Fault::NoResponse(_) => "no_response",
         }
     }
 
@@ -72,6 +76,7 @@ impl Fault {
             | Fault::EncoderDead(w)
             | Fault::EncoderReversed(w)
             | Fault::CountRate(w)
+            | Fault::NoResponse(w)
             | Fault::EncodersExchanged(w) => Some(w),
             _ => None,
         }
@@ -85,7 +90,10 @@ impl Fault {
             }
             Fault::Stall(_) => "free the wheel; check motor wires and driver supply",
             Fault::EncoderDead(_) => {
-                "check the encoder's plug and supply, the motor's wires, and whether the wheel turns freely by hand; before a motion, protection.probe_duty_max may be too low for this motor"
+                "check the encoder's plug, its supply and its two lines, and whether something jammed the wheel"
+            }
+            Fault::NoResponse(_) => {
+                "check the motor's wires, the driver and its supply, the encoder's plug and supply, and whether the wheel turns freely by hand; before a motion, protection.probe_duty_max may be too low for this motor"
             }
             Fault::EncoderReversed(Wheel::Left) => {
                 "swap the encoder's A and B, or set encoder.left.reversed; if the wheel rolled the wrong way, set motor.left.reversed instead"

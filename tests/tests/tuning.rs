@@ -156,6 +156,7 @@ fn a_blocked_wheel_a_cut_encoder_and_a_dead_supply_are_named_and_nothing_is_chan
     for at_s in [0.005, 25.0] {
         let blocked = [
             "stall",
+            "no_response",
             "encoder_dead",
             "no wheel turned",
             "do not drive better",
@@ -164,7 +165,7 @@ fn a_blocked_wheel_a_cut_encoder_and_a_dead_supply_are_named_and_nothing_is_chan
         fails(at_s, |testbed, _| testbed.inject(PlantFault::WheelBlocked(Wheel::Left)), &blocked);
         let dead = [
             "encoder_dead",
-            "stall",
+            "no_response",
             "do not drive better",
             "did not respond to the voltages",
             "hardly turned",

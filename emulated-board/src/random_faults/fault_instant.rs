@@ -4,7 +4,7 @@ use shared_proto::{Fault, Wheel, WheelPair};
 
 use super::bound::{MotorsOff, Name};
 use super::draw::{CRUISE_S, Case, Phase};
-use super::observed::Timeline;
+use super::observed::{Happened, Timeline};
 
 /// What the robot was doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,11 +44,15 @@ pub struct FaultInstant {
     speed_mps: WheelPair<f64>,
     /// How far the wheels were from their setpoints at last \[um\].
     error_um: WheelPair<i32>,
+    /// How far the wheels have turned since the motion began; not at all before it \[m\].
+    turned_m: WheelPair<f64>,
 }
 
 /// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
 /// a setpoint half as fast \[m\].
 const SHOWN_M: f64 = 0.004;
+/// Four counts of the bench's encoders and parts of two: so few do not tell what is at fault \[m\].
+const FEW_COUNTS_M: f64 = 6.0 * 0.25e-3;
 /// The stall time, and a look at it \[ms\].
 const STALL_MS: f64 = 70.0;
 /// The times of the host's looks at the robot, ticks of planning, and a settled wheel's 250 ms \[ms\].
@@ -69,7 +73,8 @@ const POWER_ON_US: u64 = 1_000;
 pub const HELLO_US: u64 = 5_000;
 
 impl FaultInstant {
-    pub(super) fn new(case: &Case, timeline: &Timeline, at_us: u64) -> Self {
+    pub(super) fn new(case: &Case, timeline: &Timeline, happened: &Happened) -> Self {
+        let at_us = happened.at_us;
         let before = |t: Option<u64>| t.is_some_and(|t| t <= at_us);
         let begun = timeline.tracks_us.iter().rfind(|begin| **begin <= at_us).copied();
         let moves_later = timeline.tracks_us.iter().any(|begin| *begin > at_us);
@@ -100,6 +105,7 @@ impl FaultInstant {
             brakes_ms: (motion.brakes_us() - at_us as f64) / 1000.0,
             speed_mps: motion.wheels_mps(at_us as f64),
             error_um: timeline.error_um,
+            turned_m: turned_m(timeline, happened),
         }
     }
 
@@ -160,10 +166,11 @@ impl FaultInstant {
         }
     }
 
-    /// Whether the wheels stand, and a motion follows.
-    pub fn starts_from_rest(&self) -> bool {
-        self.situation == Situation::Before
-            || self.moves_later && (self.situation == Situation::Rest || self.shown_ms.is_none())
+    /// Whether the wheel stands, and is driven from rest next; or its count has changed only by a few since it was.
+    pub fn has_hardly_turned(&self, wheel: Wheel) -> bool {
+        let stands = self.moves_later && self.shown_ms.is_none();
+        let turns = self.situation == Situation::Moving && !stands;
+        !turns || *self.turned_m.get(wheel) < FEW_COUNTS_M
     }
 
     /// For what is looked at while the robot is armed.
@@ -224,6 +231,16 @@ impl FaultInstant {
             _ => vec![Name::Fault(fault)],
         }
     }
+}
+
+fn turned_m(timeline: &Timeline, happened: &Happened) -> WheelPair<f64> {
+    // The robot takes both wheels for equal.
+    let radius_m = shared_proto::Config::default().geometry.wheel_radius_m;
+    let begun = timeline.tracks_us.iter().rposition(|begin| *begin <= happened.at_us);
+    let Some(begun_rad) = begun.map(|i| timeline.tracks_rad[i]) else {
+        return WheelPair::both(0.0);
+    };
+    happened.angles_rad.zip(begun_rad).map(|(now, then)| (now - then).abs() * radius_m)
 }
 
 /// Where the slower wheel's setpoint is, by time: a ramp, the cruise, a ramp; or a stop along a steeper ramp.

@@ -107,7 +107,7 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         _ => None,
     };
     let Driven { ms, at_all, .. } = promises[0].1;
-    let situation = FaultInstant::new(case, &observed.timeline, first.at_us).situation;
+    let situation = FaultInstant::new(case, &observed.timeline, &first).situation;
     Verdict { names, off_ms: ms, bound_ms, was_driven: at_all, situation, wrong }
 }
 
@@ -117,7 +117,7 @@ fn next_motion(names: &[Name], observed: &Observed) -> Option<String> {
         return None;
     };
     let driven = names.contains(&Name::Harmless) && observed.timeline.commanded_us.is_some();
-    let allowed = [Fault::Stall(wheel), Fault::EncoderDead(wheel)];
+    let allowed = [Fault::Stall(wheel), Fault::NoResponse(wheel)];
     let named = observed.next_fault.is_some_and(|fault| allowed.contains(&fault));
     (driven && !named).then(|| format!("the next motion called it {:?}", observed.next_fault))
 }
@@ -128,7 +128,7 @@ fn promises(case: &Case, observed: &Observed) -> Vec<(Promise, Driven)> {
         .happened
         .iter()
         .map(|happened| {
-            let instant = FaultInstant::new(case, &observed.timeline, happened.at_us);
+            let instant = FaultInstant::new(case, &observed.timeline, happened);
             let mut promise = Promise::of(happened.kind, case, &instant);
             let driven = driven_after(happened, observed);
             // A wheel that turns backwards and counts backwards follows its setpoint: no check of the robot's own can see it.
@@ -188,10 +188,11 @@ fn both(one: FaultKind, other: FaultKind) -> Vec<Name> {
         (
             FaultKind::EncodersExchanged | FaultKind::MotorsExchanged,
             FaultKind::EncoderLine(wheel, _) | FaultKind::EncoderUnplugged(wheel),
-        ) => vec![Name::Fault(Fault::EncoderDead(wheel.other()))],
+        ) => [Fault::EncoderDead, Fault::NoResponse].map(|of| Name::Fault(of(wheel.other()))).to_vec(),
         // The hardware stops the motors; the task that would say so does not run.
         (FaultKind::TaskStops("stop_line"), FaultKind::StopLine | FaultKind::StopLineBounce(_)) => {
-            let faults = [Fault::EncoderDead, Fault::Stall, Fault::FollowingError];
+            let faults =
+                [Fault::EncoderDead, Fault::Stall, Fault::FollowingError, Fault::NoResponse];
             let of_both = |fault: fn(Wheel) -> Fault| Wheel::BOTH.map(fault).map(Name::Fault);
             faults.into_iter().flat_map(of_both).chain([Name::Harmless]).collect()
         }

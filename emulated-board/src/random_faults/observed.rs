@@ -27,6 +27,8 @@ pub struct Timeline {
     pub commanded_us: Option<u64>,
     /// The loop closed and the wheels followed a motion.
     pub tracks_us: Vec<u64>,
+    /// How far the wheels had turned at each of these \[rad\].
+    pub tracks_rad: Vec<WheelPair<f64>>,
     /// The host commanded a stop.
     pub stop_us: Option<u64>,
     /// The host's emergency stop was latched.

@@ -74,9 +74,8 @@ impl Promise {
         let harmless = (MotorsOff::NotNeeded, vec![Name::Harmless]);
         match kind {
             K::Nothing | K::Garbage(_) | K::LinkToHostCut => harmless,
-            K::EncoderUnplugged(w) => unplugged(w, case, instant),
-            K::EncoderLine(w, _) => {
-                instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderDead(w)))
+            K::EncoderUnplugged(w) | K::EncoderLine(w, _) => {
+                instant.of_wheel(PROTECTION_MS, blind, stands(w, &[Fault::EncoderDead(w)], instant))
             }
             K::EncoderSwapped(w) | K::MotorReversed(w) => {
                 instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderReversed(w)))
@@ -89,11 +88,10 @@ impl Promise {
             K::EncodersExchanged | K::MotorsExchanged => {
                 instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
             }
-            // In the check, a motor that never moved its count looks like a dead encoder: the remedy names both.
             K::MotorCut(w) => lead_cut(w, case, instant),
             K::WheelBlocked(w) | K::WheelJammed(w) => {
                 // Stopped within a few counts: not to be told from a dead wire in time.
-                let names = vec![Name::Fault(Fault::Stall(w)), Name::Fault(Fault::EncoderDead(w))];
+                let names = stands(w, &[Fault::Stall(w), Fault::EncoderDead(w)], instant);
                 instant.of_wheel(PROTECTION_MS, pushed, names)
             }
             K::SupplyCut | K::SupplyLow(_) | K::SupplyDip(..) | K::SupplyHigh(_) => {
@@ -157,14 +155,13 @@ fn pushed(ms: f64, moving: bool) -> MotorsOff {
     MotorsOff::Within(if moving { ms } else { ms.max(CHECK_MS) })
 }
 
-/// A count that stands tells nothing before the setpoint advances. The encoder check is bounded by the way.
-fn unplugged(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
-    let mut names = vec![Name::Fault(Fault::EncoderDead(wheel))];
-    if case.phase == Phase::Check {
-        // A plug that is pulled after the first counts looks like a wheel that is held from then on.
-        names.push(Name::Fault(Fault::Stall(wheel)));
+/// What a wheel or count that stands is called: whatever it is, no response if it stands from the first few counts on.
+fn stands(wheel: Wheel, faults: &[Fault], instant: &FaultInstant) -> Vec<Name> {
+    let mut names: Vec<Name> = faults.iter().copied().map(Name::Fault).collect();
+    if instant.has_hardly_turned(wheel) {
+        names.push(Name::Fault(Fault::NoResponse(wheel)));
     }
-    instant.of_wheel(PROTECTION_MS, blind, names)
+    names
 }
 
 /// A motor without current. While its setpoint brakes, the wheel may roll out along with it: what it is off shows at the latest
@@ -187,11 +184,7 @@ fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Ve
 
 /// A wheel that its motor no longer turns.
 fn stalls(wheel: Wheel, slow: bool, instant: &FaultInstant) -> Vec<Name> {
-    let mut names = vec![Name::Fault(Fault::Stall(wheel))];
-    if instant.starts_from_rest() {
-        // No count at all since the loop closed.
-        names.push(Name::Fault(Fault::EncoderDead(wheel)));
-    }
+    let mut names = stands(wheel, &[Fault::Stall(wheel)], instant);
     if !slow {
         // While it rolls on, nothing tells but how far it is from its setpoint.
         names.push(Name::Fault(Fault::FollowingError(wheel)));

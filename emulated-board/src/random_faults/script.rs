@@ -94,6 +94,14 @@ impl Script<'_> {
         self.follow(id, motion).await
     }
 
+    /// The wheels follow a motion from then on.
+    fn tracks_from(&mut self, begin_us: u64) -> u64 {
+        self.timeline.tracks_us.push(begin_us);
+        let angles_rad = self.world.testbed.plant(|plant| plant.wheel_angles_rad());
+        self.timeline.tracks_rad.push(angles_rad);
+        begin_us
+    }
+
     /// Renews a motion, and marks its phases.
     async fn follow(&mut self, id: MotionId, motion: &Motion) -> Result<(), Error> {
         let begin_us = now_us();
@@ -101,10 +109,7 @@ impl Script<'_> {
         let resets = self.world.monitor.resets_us().len();
         // The second motion of a robot that is armed needs no check.
         let mut checked = !self.timeline.tracks_us.is_empty();
-        let mut tracked_us = checked.then(|| {
-            self.timeline.tracks_us.push(begin_us + AHEAD_US);
-            begin_us + AHEAD_US
-        });
+        let mut tracked_us = checked.then(|| self.tracks_from(begin_us + AHEAD_US));
         let mut renewed_us = 0;
         while now_us() < limit_us
             && self.happened_us.get().is_none_or(|at_us| now_us() < at_us + AFTER_US_MAX)
@@ -120,8 +125,7 @@ impl Script<'_> {
                     checked = true;
                     self.mark(Phase::Check);
                 } else if checked && !frame.probing && tracked_us.is_none() {
-                    tracked_us = Some(now_us() + AHEAD_US);
-                    self.timeline.tracks_us.push(now_us() + AHEAD_US);
+                    tracked_us = Some(self.tracks_from(now_us() + AHEAD_US));
                     self.mark(Phase::Acceleration);
                 }
             }

@@ -20,9 +20,9 @@
 //! At s = 1.4 mm a robot with the friction of the model has passed. One with more friction may not have
 //! moved at all, so the duty now rises fast to `protection.probe_duty_max`. The push ends when s
 //! and what the wheel rolls on, braked by motor and friction, make 6.8 mm, or
-//! when the largest duty was held for 7 stall times; then the wheel may roll out. No count at all, or one that
-//! goes up and down by one, means a dead encoder, too few a stall, counts the wrong way a reversed encoder, and
-//! counts of the other wheel exchanged encoders (or motors: electrically that is the same).
+//! when the largest duty was held for 7 stall times; then the wheel may roll out. No count at all, or too few, is
+//! `NoResponse`: motor, wheel or encoder. A count that goes up and down by one means a dead encoder, counts the wrong way a
+//! reversed encoder, and counts of the other wheel exchanged encoders (or motors: electrically that is the same).
 //!
 //! A count that twice changes in one tick by more than the wheel can turn is interference (`CountRate`), whatever
 //! else it does. Such a change tells nothing else.

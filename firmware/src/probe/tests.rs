@@ -104,10 +104,10 @@ fn each_wrong_wiring_is_named_before_10_mm_and_1500_ms_at_any_probe_duty() {
             config.protection.probe_duty_max = probe_duty_max;
             config.protection.stall_time_s = stall_time_s;
             for (wiring, fault) in [
-                (Wiring::Unplugged, Fault::EncoderDead(Wheel::Right)),
+                (Wiring::Unplugged, Fault::NoResponse(Wheel::Right)),
                 (Wiring::Reversed, Fault::EncoderReversed(Wheel::Right)),
-                (Wiring::Blocked, Fault::EncoderDead(Wheel::Right)),
-                (Wiring::BlockedAfterOneCount, Fault::Stall(Wheel::Right)),
+                (Wiring::Blocked, Fault::NoResponse(Wheel::Right)),
+                (Wiring::BlockedAfterOneCount, Fault::NoResponse(Wheel::Right)),
                 (Wiring::LineStuck, Fault::EncoderDead(Wheel::Right)),
                 (Wiring::LineFloats, Fault::EncoderDead(Wheel::Right)),
                 (Wiring::Noisy(20), Fault::CountRate(Wheel::Right)),
@@ -134,7 +134,7 @@ fn each_wrong_wiring_is_named_before_10_mm_and_1500_ms_at_any_probe_duty() {
 fn one_unplugged_encoder_is_found_although_the_other_one_passes() {
     let wirings = WheelPair::new(Wiring::Unplugged, Wiring::Sound);
     let (outcome, ticks, _) = probe(&Config::default(), AHEAD, wirings);
-    assert_eq!(outcome, ProbeOutcome::Failed(Fault::EncoderDead(Wheel::Left)));
+    assert_eq!(outcome, ProbeOutcome::Failed(Fault::NoResponse(Wheel::Left)));
     assert!((100..600).contains(&ticks), "{ticks}");
 }
 

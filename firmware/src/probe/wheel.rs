@@ -172,11 +172,11 @@ impl Watched {
         }
     }
 
-    /// Whether the count comes from an encoder with two lines: it does not stand, nor mostly go up and down.
-    fn is_live(&self) -> bool {
+    /// Whether the count mostly goes up and down.
+    fn is_of_one_line(&self) -> bool {
         let (lowest, highest) = self.range;
         let wide = highest.wrapping_sub(lowest).saturating_mul(2) >= i64::from(self.changes);
-        self.changes > 0 && (self.changes < CHANGES_OF_ONE_LINE || wide)
+        self.changes >= CHANGES_OF_ONE_LINE && !wide
     }
 }
 
@@ -240,10 +240,10 @@ impl WheelProbe {
     /// One tick, with the wheel's own count and the other wheel's.
     pub fn step(&mut self, own: i64, other: i64) -> Push {
         let moved = self.own.moved(own).wrapping_mul(i64::from(self.sign));
-        if moved >= self.limits.counts && self.own.is_live() {
+        if moved >= self.limits.counts && !self.own.is_of_one_line() {
             return Push::Passed;
         }
-        let against = moved <= -self.limits.counts && self.own.is_live();
+        let against = moved <= -self.limits.counts && !self.own.is_of_one_line();
         self.against_ticks = if against { self.against_ticks + 1 } else { 0 };
         if self.against_ticks >= AGAINST_TICKS {
             return Push::Failed(Fault::EncoderReversed);
@@ -258,8 +258,8 @@ impl WheelProbe {
             return Push::Failed(Fault::EncodersExchanged);
         }
         match &mut self.rolling {
-            Some(0) if !self.own.is_live() => Push::Failed(Fault::EncoderDead),
-            Some(0) => Push::Failed(Fault::Stall),
+            Some(0) if self.own.is_of_one_line() => Push::Failed(Fault::EncoderDead),
+            Some(0) => Push::Failed(Fault::NoResponse),
             Some(left) => {
                 *left -= 1;
                 Push::Running(Duty::ZERO)

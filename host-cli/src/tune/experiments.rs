@@ -434,7 +434,7 @@ pub fn too_coarse(config: &Config, fault: Fault) -> Option<Error> {
 
 /// Whether the encoder check may have raised it for friction that it did not reckon with.
 fn is_of_check(fault: Fault) -> bool {
-    matches!(fault, Fault::Stall(_) | Fault::EncoderDead(_) | Fault::EncodersExchanged(_))
+    matches!(fault, Fault::NoResponse(_) | Fault::EncoderDead(_) | Fault::EncodersExchanged(_))
 }
 
 /// One experiment as it was driven, from the last frame at rest on: the encoder check is a part of it.

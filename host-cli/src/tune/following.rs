@@ -126,6 +126,7 @@ fn is_ours(fault: Fault) -> bool {
             | Fault::CountRate(_)
             | Fault::EncoderReversed(_)
             | Fault::EncoderDead(_)
+            | Fault::NoResponse(_)
             | Fault::EncodersExchanged(_)
     )
 }

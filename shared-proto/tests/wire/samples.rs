@@ -353,6 +353,7 @@ pub fn faults(one: Wheel, other: Wheel) -> Vec<Fault> {
         Fault::Unsupervised,
         Fault::EncodersExchanged(other),
         Fault::SupplyHigh,
+        Fault::NoResponse(one),
     ]
 }
 

@@ -88,7 +88,7 @@ fn the_check_of_an_unplugged_encoder_ends_within_10_mm_at_any_supply() {
             robot.cruise(&meters(0.1, 0.1, 0.1, 0.5), 1.5).await;
             robot.listen(1.0).await;
             let report = robot.fault().await.expect("a fault");
-            assert_eq!(report.fault, Fault::EncoderDead(Wheel::Left), "{supply_v} V");
+            assert_eq!(report.fault, Fault::NoResponse(Wheel::Left), "{supply_v} V");
             let snapshots = robot.snapshots_from(start.t_us);
             let moved_m = snapshots.iter().map(|at| at.moved_since_m(&start)).fold(0.0, f64::max);
             println!("{supply_v} V: {:.1} mm", moved_m * 1e3);

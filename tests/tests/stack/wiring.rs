@@ -222,7 +222,7 @@ fn with_those_motors_too_a_dead_encoder_is_named_before_10_mm() {
                 let (start, start_us) = (robot.snapshot(), now_us());
                 robot.cruise(&meters(0.5, 0.5, 0.1, 0.5), 3.0).await;
                 let fault = robot.fault().await.map(|report| report.fault);
-                assert_eq!(fault, Some(Fault::EncoderDead(wheel)), "{name}");
+                assert_eq!(fault, Some(Fault::NoResponse(wheel)), "{name}");
                 let moved = |snapshot: &Snapshot| snapshot.moved_since_m(&start);
                 let moved_m = robot.snapshots_from(start_us).iter().map(moved).fold(0.0, f64::max);
                 println!("{name}, {} encoder dead: moved {:.2} mm", wheel.name(), moved_m * 1e3);

@@ -23,7 +23,7 @@ const TWO_CHANGES: usize = 3;
 const LAST_TICKS: u32 = 4;
 /// Two changes that take less than this do not tell whether the wheel is slower than before. Before it stands it is.
 const SLOW_TICKS: u32 = 8;
-/// The start, and four counts: so few do not tell how fast the wheel was.
+/// The start, and four counts.
 const FEW: usize = 5;
 /// Changes over which the speed of a wheel is taken that turns the wrong way.
 const LATELY: usize = 4;
@@ -57,9 +57,9 @@ impl LastChanges {
         self.len = self.len.wrapping_add(1);
     }
 
-    /// The count has never changed.
-    pub fn is_empty(&self) -> bool {
-        self.len == 1
+    /// So few since the loop closed that they do not tell how fast the wheel was when it stood, or whether it turned.
+    pub fn are_few(&self) -> bool {
+        self.len <= FEW
     }
 
     /// Travel over the newest changes \[2^-24 m\], and its ticks.
@@ -69,25 +69,20 @@ impl LastChanges {
         (self.between(age, 1).travel.unsigned_abs(), ticks)
     }
 
-    /// The wheel still kept up with its setpoint and did not slow down, or only just began to turn, faster and faster.
+    /// The wheel still kept up with its setpoint and did not slow down.
     pub fn end_abruptly(&self) -> bool {
         let last = self.between(self.window(), 1);
         // Two thirds.
         let kept_up = 3 * last.travel > 2 * last.setpoint;
-        (kept_up && !self.slowed_down()) || self.sped_up()
+        kept_up && !self.slowed_down()
     }
 
-    /// Its setpoint advanced further through the last two changes than through the two before: the wheel was slower.
+    /// Its setpoint advanced further through the last two changes than through the two before: the wheel was slower. Asked
+    /// only where they are [not few](Self::are_few).
     fn slowed_down(&self) -> bool {
         let (last, earlier) = (self.between(3, 1), self.between(5, 3));
         let ticks = self.change(1).tick.wrapping_sub(self.change(3).tick);
-        self.len >= 5 && ticks >= SLOW_TICKS && 4 * earlier.setpoint < 3 * last.setpoint
-    }
-
-    /// It began to turn a few counts ago, and the last one came sooner than the one before.
-    fn sped_up(&self) -> bool {
-        let [last, second, third] = [1, 2, 3].map(|age| self.change(age).tick);
-        matches!(self.len, 3..=FEW) && 3 * (last - second) <= 2 * (second - third)
+        ticks >= SLOW_TICKS && 4 * earlier.setpoint < 3 * last.setpoint
     }
 
     /// The `age`-th newest change, from 1.

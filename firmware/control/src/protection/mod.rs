@@ -10,17 +10,16 @@
 //! | `EncoderDead` | the count turns round 5 times, each time within a stall time of the last, by 0.2 mm in a tick, and not back to the count before |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts and 15 % of the permitted following error, while the setpoint advanced half as far |
 //! | `EncoderReversed` | the count has run against the setpoint, or away from one at rest, for at least 6 counts and 5 % of the permitted following error, faster and faster, and as far as the duty against it would have driven the wheel the other way |
-//! | `EncoderDead`, `Stall` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
-//! | `EncoderDead`, `Stall` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
+//! | `EncoderDead`, `Stall`, `NoResponse` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
+//! | `EncoderDead`, `Stall`, `NoResponse` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
 //! | `Stall` | the setpoint rests, and the wheel has stood for 2 stall times, 4 counts and 2 mm off, or for 10, 4 counts off, at a duty of 0.1 and more above ks |
 //! | `FollowingError` | the error is above its limit, and none of the above explains it |
 //!
 //! A count that stops means a dead encoder if, through its last 2 counts and 4 ticks, the wheel ran at two
 //! thirds of the setpoint's speed or more, and, compared with the setpoint, through the last two counts at three quarters
 //! of its speed through the two before: a wheel has mass and slows down before it stands. Otherwise the wheel is stalled.
-//! (A jam that stops a wheel within 2 counts looks like a dead wire.) In a motion's first four counts it means a dead
-//! encoder as well if the last one took two thirds of the time of the one before, or less. A count that has never moved
-//! also means a dead encoder.
+//! (A jam that stops a wheel within 2 counts looks like a dead wire.) Up to four counts since the loop closed tell neither:
+//! those of a plug that is pulled and of a motor that loses a lead are the same there. That is `NoResponse`.
 //!
 //! A count that goes back to what it was before its last change stands: an encoder with one line counts up and down.
 //!

@@ -15,6 +15,7 @@ pub enum WheelFault {
     EncoderReversed,
     Stall,
     FollowingError,
+    NoResponse,
 }
 
 impl WheelFault {
@@ -28,6 +29,7 @@ impl WheelFault {
             Self::EncoderReversed => Fault::EncoderReversed(wheel),
             Self::Stall => Fault::Stall(wheel),
             Self::FollowingError => Fault::FollowingError(wheel),
+            Self::NoResponse => Fault::NoResponse(wheel),
         }
     }
 }
@@ -300,9 +302,12 @@ impl WheelMonitor {
 
     /// Whether the wheel or the encoder is at fault when a count stands still or creeps.
     fn diagnose(&self, limits: &WheelThresholds) -> WheelFault {
+        if self.changes.are_few() {
+            return WheelFault::NoResponse;
+        }
         // A count that still changes now and then comes from a live encoder.
         let stands = self.standing_ticks() >= limits.stall_ticks / 2;
-        match stands && self.changes.end_abruptly() || self.changes.is_empty() {
+        match stands && self.changes.end_abruptly() {
             true => WheelFault::EncoderDead,
             false => WheelFault::Stall,
         }

@@ -94,7 +94,8 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
             wrong.push(format!("called {name}, and is {}", allowed.join(" or ")));
         }
     }
-    if names.contains(&Name::Harmless) && !observed.timeline.tracks_us.is_empty() {
+    let must_end = !observed.timeline.tracks_us.is_empty() && !observed.drives_unanswered;
+    if names.contains(&Name::Harmless) && must_end {
         let ended = matches!(observed.motion_end, Some(MotionEnd::Completed | MotionEnd::Stopped));
         if !ended {
             wrong.push(format!("no fault, and the motion's end is {:?}", observed.motion_end));
@@ -188,7 +189,9 @@ fn both(one: FaultKind, other: FaultKind) -> Vec<Name> {
         (
             FaultKind::EncodersExchanged | FaultKind::MotorsExchanged,
             FaultKind::EncoderLine(wheel, _) | FaultKind::EncoderUnplugged(wheel),
-        ) => [Fault::EncoderDead, Fault::NoResponse].map(|of| Name::Fault(of(wheel.other()))).to_vec(),
+        ) => [Fault::EncoderDead, Fault::NoResponse]
+            .map(|of| Name::Fault(of(wheel.other())))
+            .to_vec(),
         // The hardware stops the motors; the task that would say so does not run.
         (FaultKind::TaskStops("stop_line"), FaultKind::StopLine | FaultKind::StopLineBounce(_)) => {
             let faults =

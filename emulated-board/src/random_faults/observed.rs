@@ -1,6 +1,6 @@
 //! What was seen of one case: at the pins, at the wheels, and by the host.
 
-use shared_proto::{Fault, MotionEnd, ResetCause, WheelPair};
+use shared_proto::{Fault, MotionEnd, MotionId, ResetCause, WheelPair};
 
 use super::fault_kind::FaultKind;
 use crate::monitor::Powered;
@@ -35,6 +35,8 @@ pub struct Timeline {
     pub latched_us: Option<u64>,
     /// The host was about to disarm the robot.
     pub over_us: Option<u64>,
+    /// The newest motion whose command was answered.
+    pub followed: Option<MotionId>,
     /// How far the wheels were from their setpoints in the newest frame of a motion \[um\].
     pub error_um: WheelPair<i32>,
 }
@@ -56,6 +58,8 @@ pub struct Observed {
     pub fault: Option<Fault>,
     /// Where nothing was latched and a motor has no current: what the next motion latched.
     pub next_fault: Option<Fault>,
+    /// The robot drove a motion whose command was never answered, when the host looked at it.
+    pub drives_unanswered: bool,
     /// How the last motion ended.
     pub motion_end: Option<MotionEnd>,
     /// What is wrong besides: driven again, not latched, not to be cleared, of no use afterwards.

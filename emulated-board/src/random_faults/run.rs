@@ -178,6 +178,8 @@ impl After<'_> {
         self.observed.resets_us = monitor.resets_us();
         self.observed.fault = status.fault.map(|report| report.fault);
         self.observed.motion_end = status.motion_end;
+        self.observed.drives_unanswered =
+            status.state == State::Driving && status.motion != self.observed.timeline.followed;
         let identity = self.session.identify().await.map_err(|error| error.to_string())?;
         self.observed.cause = Some(identity.reset_cause);
         let mut latched = status.fault.map(|report| report.number);

@@ -104,6 +104,7 @@ impl Script<'_> {
 
     /// Renews a motion, and marks its phases.
     async fn follow(&mut self, id: MotionId, motion: &Motion) -> Result<(), Error> {
+        self.timeline.followed = Some(id);
         let begin_us = now_us();
         let limit_us = begin_us + 250_000 + CHECK_US_MAX + (motion.duration_s() * 1e6) as u64;
         let resets = self.world.monitor.resets_us().len();

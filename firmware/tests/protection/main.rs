@@ -255,3 +255,28 @@ proptest! {
         prop_assert_eq!(run(&config, &drives, Mishap::None, NEVER, 50), None);
     }
 }
+
+#[test]
+fn an_encoder_reversed_as_a_motion_ends_is_named_whatever_the_friction() {
+    let config = Config::default();
+    let (mut named, mut unnamed) = (0, 0);
+    for friction in [0.005, 0.01, 0.015, 0.02, 0.03, 0.044, 0.06] {
+        for (cruise, braking) in [(0.106, 0.5), (0.1, 0.1), (0.3, 0.5), (0.25, 0.9)] {
+            let motor = Motor { friction, ..MOTOR };
+            let drive = metres(0.5, 0.5, cruise, braking);
+            let end_ms = ((0.5 / cruise + cruise / braking) * 1000.0) as u32;
+            for mishap_ms in (end_ms - 150..end_ms + 60).step_by(5) {
+                let mishap = Mishap::EncoderReversed;
+                match run_motor(motor, &config, &[drive], mishap, mishap_ms, 3000) {
+                    // It stands within the friction, and nothing drives it away.
+                    None => {}
+                    Some((Fault::EncoderReversed(Wheel::Left), _)) => named += 1,
+                    Some((Fault::FollowingError(Wheel::Left), _)) => unnamed += 1,
+                    Some((fault, _)) => panic!("{fault} at {mishap_ms}, {friction}, {cruise}"),
+                }
+            }
+        }
+    }
+    println!("{named} named, {unnamed} only by how far they were off");
+    assert!(named > 800 && unnamed <= named / 100);
+}

@@ -62,7 +62,15 @@ impl LastChanges {
         self.len <= FEW
     }
 
+    /// How fast the wheel was until this tick \[2^-24 m/tick\].
+    pub fn speed_at(&self, tick: u32) -> i32 {
+        let (turned, ticks) = self.recent_travel();
+        let standing = tick.wrapping_sub(self.change(1).tick);
+        (turned / (ticks + standing).max(1)) as i32
+    }
+
     /// Travel over the newest changes \[2^-24 m\], and its ticks.
+    #[inline(never)]
     pub fn recent_travel(&self) -> (u32, u32) {
         let age = LATELY.min(self.len);
         let ticks = self.change(1).tick.wrapping_sub(self.change(age).tick);

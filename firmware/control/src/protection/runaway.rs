@@ -4,6 +4,9 @@ use super::sample::{Positions, WheelSample};
 use super::thresholds::WheelThresholds;
 use crate::supply::SCALE_BITS;
 
+/// A wheel rolled that was as fast as this before its count went the other way: 10 mm/s \[2^-24 m/tick\].
+const ROLLS: i32 = 168;
+
 /// A series of changes against the setpoint.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
@@ -11,6 +14,8 @@ pub struct Run {
     start: Positions,
     /// At its first change.
     tick: u32,
+    /// How fast the wheel was before it \[2^-24 m/tick\].
+    speed: i32,
     /// Sum of the duty over its ticks \[2^-30\].
     push: i64,
     /// The wheel did not turn as the duty would have driven it the other way.
@@ -18,10 +23,10 @@ pub struct Run {
 }
 
 impl Run {
-    /// `start`: before its first change, which came in this tick.
+    /// `start`: before its first change, which came in this tick. `speed`: of the wheel before it \[2^-24 m/tick\].
     #[inline(always)]
-    pub fn new(start: Positions, tick: u32) -> Self {
-        Self { start, tick, push: 0, pushed_by_hand: false }
+    pub fn new(start: Positions, tick: u32, speed: i32) -> Self {
+        Self { start, tick, speed, push: 0, pushed_by_hand: false }
     }
 
     /// One more tick; whether the wheel has gone far enough against its duty to be looked at.
@@ -49,11 +54,15 @@ impl Run {
         let way = moved.travel.unsigned_abs();
         let ticks = i64::from(tick.wrapping_sub(self.tick));
         let at_supply = |nominal: i64| (nominal >> SCALE_BITS) * i64::from(supply_scale);
+        let needed = limits.needed(way, lately, self.speed);
         let driven = Driven {
-            by: self.push.abs() - at_supply(limits.friction * ticks),
-            needed: at_supply(limits.needed(way, lately)),
+            by: self.push.abs(),
+            least: at_supply(needed >> 1),
+            most: at_supply((needed << 2) + limits.friction * ticks),
         };
-        self.pushed_by_hand |= !driven.explains_travel();
+        // By the first counts of a wheel that rolled on, its duty tells nothing yet.
+        let tells = way >= limits.runaway as u32 || self.speed < ROLLS;
+        self.pushed_by_hand |= tells && !driven.explains_travel();
         // A hand that pushes a wheel back which should advance is taken for it.
         let advanced = moved.setpoint.unsigned_abs() >= way >> 1
             && (moved.setpoint > 0) != (moved.travel > 0)
@@ -68,15 +77,18 @@ impl Run {
 /// What the motor did to a wheel, in duty times ticks \[2^-30\].
 #[derive(Clone, Copy)]
 struct Driven {
-    /// By its duty beyond friction.
+    /// By its duty.
     by: i64,
-    /// For the way and the speed that the wheel gained.
-    needed: i64,
+    /// At least, for the way and the speed that the wheel gained: with half the configured inertia and no friction, as in a
+    /// gear that is run in.
+    least: i64,
+    /// At most: with four times the inertia, and all of the configured friction.
+    most: i64,
 }
 
 impl Driven {
-    /// The wheel moved as the motor would have driven it: with up to four times the configured inertia, or half.
+    /// The wheel moved as the motor would have driven it.
     fn explains_travel(self) -> bool {
-        2 * self.by >= self.needed && self.by <= 4 * self.needed
+        (self.least..=self.most).contains(&self.by)
     }
 }

@@ -112,10 +112,11 @@ impl WheelThresholds {
 }
 
 impl WheelThresholds {
-    /// Duty times ticks that takes a wheel so far, from rest to the speed of so much travel in so many ticks \[2^-30\].
-    pub fn needed(&self, way: u32, (turned, ticks): (u32, u32)) -> i64 {
-        let speed = i64::from(turned / ticks.max(1));
-        ((self.speed_cost * i64::from(way)) >> 8) + self.acceleration_cost * speed
+    /// Duty times ticks that takes a wheel so far, from a speed \[2^-24 m/tick\] to that of so much travel in so many
+    /// ticks \[2^-30\].
+    pub fn needed(&self, way: u32, (turned, ticks): (u32, u32), from: i32) -> i64 {
+        let gained = (turned / ticks.max(1)) as i32 - from;
+        ((self.speed_cost * i64::from(way)) >> 8) + self.acceleration_cost * i64::from(gained)
     }
 }
 

@@ -7,14 +7,14 @@ use super::runaway::Run;
 use super::sample::{Positions, WheelSample, position};
 use super::thresholds::{CHECKPOINTS_LEN, QuietBounds, WheelThresholds};
 
-/// What a monitor finds.
+/// What a monitor finds; in the order of [`Fault`], which spares a table.
 #[derive(Clone, Copy, Debug)]
 pub enum WheelFault {
-    CountRate,
+    FollowingError,
+    Stall,
     EncoderDead,
     EncoderReversed,
-    Stall,
-    FollowingError,
+    CountRate,
     NoResponse,
 }
 
@@ -210,6 +210,13 @@ impl WheelMonitor {
         if line { WheelFault::EncoderDead } else { found }
     }
 
+    #[cold]
+    #[inline(never)]
+    fn begin_run(&mut self) {
+        let speed = self.changes.speed_at(self.tick);
+        self.run = Some(Run::new(self.last.positions, self.tick, speed));
+    }
+
     fn record(&mut self, view: &WheelSample<'_>, forward: bool) {
         let positions = view.positions();
         let advanced = positions.since(self.last.positions).setpoint;
@@ -221,7 +228,7 @@ impl WheelMonitor {
         if wanted != 0 && (wanted > 0) == forward {
             self.run = None;
         } else if self.run.is_none() {
-            self.run = Some(Run::new(self.last.positions, self.tick));
+            self.begin_run();
         }
         // Twice from registers, not from one place to the other.
         let change = Change { tick: self.tick, positions };

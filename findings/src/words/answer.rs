@@ -22,6 +22,9 @@ pub fn evidence(step: &StepFound) -> String {
     format!("{}; {gain}; {rivals}", found.signature)
 }
 
+/// Where less than this share of what an effect removes is certain, that is said.
+const SURE: f64 = 0.8;
+
 /// How much of the error an effect removes, and whether that matters; no full stop.
 pub fn worth(step: &StepFound) -> String {
     let mm = 1e3 * step.effect_size_m;
@@ -40,7 +43,14 @@ pub fn worth(step: &StepFound) -> String {
             )
         }
         (false, false) => {
-            format!("it removes {mm:.2} mm of the error of these runs: too little to matter")
+            let size = format!("it removes {mm:.2} mm of the error of these runs");
+            let least_mm = 1e3 * step.least_size_m;
+            match least_mm < SURE * mm {
+                true => {
+                    format!("{size}, of which {least_mm:.2} mm are certain: too little to matter")
+                }
+                false => format!("{size}: too little to matter"),
+            }
         }
     }
 }

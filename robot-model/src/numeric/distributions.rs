@@ -44,17 +44,6 @@ pub(crate) fn normal_sigmas(probability: f64) -> f64 {
     core::f64::consts::SQRT_2 * erfc_inv(probability.clamp(0.0, 1.0))
 }
 
-/// The sign test: the probability that of so many differences, each as often positive as negative, at least so many are
-/// positive.
-pub(crate) fn sign_test(positive: usize, of: usize) -> f64 {
-    match positive {
-        0 => 1.0,
-        // The tail of the binomial distribution.
-        positive if positive <= of => beta_reg(positive as f64, (of - positive + 1) as f64, 0.5),
-        _ => 0.0,
-    }
-}
-
 /// Wilcoxon's signed-rank test: the probability that differences which are symmetric about zero have a sum of positive
 /// ranks at least this large. Exact; zeros count half.
 pub(crate) fn signed_rank(differences: &[f64]) -> f64 {
@@ -136,17 +125,6 @@ mod tests {
         assert_eq!(fisher(3, 4.0, -1.0), 1.0);
         // Far out, still a number.
         assert!((0.0..1e-40).contains(&fisher(1, 24.0, 1e5)));
-    }
-
-    #[test]
-    fn signs_are_those_of_the_binomial_distribution() {
-        // 1 + 6 of 64; 1 + 5 + 10 of 32; all of 20.
-        let is = |p: f64, exact: f64| assert!((p / exact - 1.0).abs() < 1e-12, "{p} {exact}");
-        is(sign_test(5, 6), 7.0 / 64.0);
-        is(sign_test(3, 5), 16.0 / 32.0);
-        is(sign_test(20, 20), 0.5_f64.powi(20));
-        assert_eq!(sign_test(0, 7), 1.0);
-        assert_eq!(sign_test(0, 0), 1.0);
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! size^2 = mean of squared displacements without the effect - with it                     (1)
-//! the runs that show the effect: how many have d_r(without) > d_r(with)?                  (2)
+//! gains d_r(without) - d_r(with) of the runs that show it, by Wilcoxon's signed ranks     (2)
 //! ```
 //!
 //! A likelihood sums over all poses, of which a tracker's wobble makes hundreds err alike. Runs err independently of each
@@ -13,7 +13,7 @@
 //! which says nothing about the effect: it has no vote.
 
 use crate::estimation::errors::TrackErrors;
-use crate::numeric::distributions::sign_test;
+use crate::numeric::distributions::signed_rank;
 
 /// More seldom than this chance brings as many runs nearer.
 const BY_CHANCE: f64 = 0.1;
@@ -23,8 +23,8 @@ const BY_CHANCE: f64 = 0.1;
 pub(crate) struct TrackGain {
     /// (1) \[m\].
     pub size_m: f64,
-    /// Of each run, whether the effect brings its track nearer.
-    nearer: Vec<bool>,
+    /// By how much the effect brings the track of each run nearer \[m\].
+    gains_m: Vec<f64>,
 }
 
 impl TrackGain {
@@ -33,16 +33,16 @@ impl TrackGain {
         let square_m2 = |errors: &TrackErrors| errors.displacement_m2(track_width_m);
         let each = |errors: &TrackErrors| errors.displacements_m(track_width_m);
         let both = each(without).into_iter().zip(each(with));
-        let nearer = both.map(|(without, with)| without > with).collect();
+        let gains_m = both.map(|(without, with)| without - with).collect();
         let size_m = (square_m2(without) - square_m2(with)).max(0.0).sqrt();
-        Self { size_m, nearer }
+        Self { size_m, gains_m }
     }
 
     /// Whether it brings more of the runs that show it nearer than chance does, by (2). So few that chance may bring all of
     /// them nearer must all come nearer.
     pub fn nears_runs(&self, shown_by: &[usize]) -> bool {
-        let nearer = shown_by.iter().filter(|run| self.nearer[**run]).count();
-        nearer == shown_by.len() || sign_test(nearer, shown_by.len()) < BY_CHANCE
+        let gains_m: Vec<f64> = shown_by.iter().map(|run| self.gains_m[*run]).collect();
+        gains_m.iter().all(|gain_m| *gain_m > 0.0) || signed_rank(&gains_m) < BY_CHANCE
     }
 }
 
@@ -50,23 +50,26 @@ impl TrackGain {
 mod tests {
     use super::*;
 
-    fn nearer(runs: &[u8]) -> TrackGain {
-        TrackGain { size_m: 1e-3, nearer: runs.iter().map(|nearer| *nearer == 1).collect() }
+    /// The gains of some runs [mm].
+    fn gain(each_mm: &[f64]) -> TrackGain {
+        TrackGain { size_m: 1e-3, gains_m: each_mm.iter().map(|mm| 1e-3 * mm).collect() }
     }
 
     #[test]
     fn runs_that_do_not_show_an_effect_have_no_vote() {
-        // Eight runs in turns all come nearer; twelve straight ones do as chance wants.
-        let gain = nearer(&[1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0]);
-        let turns: Vec<usize> = (0..8).collect();
-        assert!(gain.nears_runs(&turns));
-        assert!(!gain.nears_runs(&(0..20).collect::<Vec<_>>()));
-        assert!(!gain.nears_runs(&(8..20).collect::<Vec<_>>()));
+        // Five of six runs in turns come nearer, by less than what is fitted along moves straight ones either way.
+        let turns = [0.11, 0.3, 0.22, -0.05, 0.14, 0.27];
+        let straight =
+            [-0.9, 0.8, -0.7, 0.6, -0.5, 0.4, -0.95, 0.85, -0.75, 0.65, -0.55, 0.45, -0.6];
+        let gain = gain(&[&turns[..], &straight].concat());
+        assert!(gain.nears_runs(&[0, 1, 2, 3, 4, 5]));
+        assert!(!gain.nears_runs(&(0..19).collect::<Vec<_>>()));
+        assert!(!gain.nears_runs(&(6..19).collect::<Vec<_>>()));
     }
 
     #[test]
     fn few_runs_must_all_come_nearer() {
-        let gain = nearer(&[1, 1, 0, 1, 1, 1]);
+        let gain = gain(&[0.2, 0.1, -0.3, 0.3, 0.1, 0.2]);
         assert!(gain.nears_runs(&[0, 1]) && gain.nears_runs(&[3]));
         assert!(!gain.nears_runs(&[1, 2]) && !gain.nears_runs(&[0, 1, 2, 3, 4]));
         assert!(gain.nears_runs(&[]), "nothing speaks against it");

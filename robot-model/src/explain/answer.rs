@@ -64,8 +64,8 @@ pub struct Averaged {
 
 impl Answer {
     /// The same answer, judged by another tolerance: what matters moves the robot beyond doubt by more than that \[m\], and
-    /// brings runs nearer that it was not fitted to. What moves no track at all, such as the bias of a yaw rate sensor, matters if a robot
-    /// that goes by the sensor's heading is off by more.
+    /// brings runs nearer that it was not fitted to. What moves no track at all, such as the bias of a yaw rate sensor,
+    /// matters if a robot that goes by the sensor's heading is off by more.
     pub fn with_tolerance(mut self, tolerance_m: f64) -> Self {
         self.tolerance_m = tolerance_m;
         for step in self.known.iter_mut().chain(&mut self.steps) {

@@ -274,6 +274,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_is_too_little_to_matter_says_how_much_of_it_is_certain() {
+        let step = |size_m, least_m| {
+            let step = crate::empty_answer::step_of(&["side_slip"]);
+            let sizes = StepFound { effect_size_m: size_m, least_size_m: least_m, ..step };
+            worth(&StepFound { matters: false, ..sizes })
+        };
+        assert_eq!(
+            step(3e-4, 5e-5),
+            "it removes 0.30 mm of the error of these runs, of which 0.05 mm are certain: too little to matter"
+        );
+        assert_eq!(
+            step(6e-5, 5.5e-5),
+            "it removes 0.06 mm of the error of these runs: too little to matter"
+        );
+    }
+
+    #[test]
     fn what_an_effect_comes_to_is_one_plain_number() {
         let turn = |rad_per_m, on| NetChange::TurnPerMetre { rad_per_m, on };
         for (change, text) in [

@@ -113,8 +113,8 @@ pub struct StepFound {
     pub least_size_m: f64,
     /// It acts on a sensor and moves no track.
     pub moves_no_track: bool,
-    /// Of the runs that show it, none of which took part in its fit, more come nearer to where it says than chance explains;
-    /// where so few show it that chance may bring all of them nearer, all do.
+    /// Of the runs that show it, or of all, more come nearer to where a fit to the others says than chance explains; where so
+    /// few show it that chance may bring all of these nearer, all do.
     pub nears_runs: bool,
     /// Whether it moves them by more than the tolerance, beyond doubt, and not by chance: otherwise it is there, and not worth
     /// correcting.

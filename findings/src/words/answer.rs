@@ -22,6 +22,9 @@ pub fn evidence(step: &StepFound) -> String {
     format!("{}; {gain}; {rivals}", found.signature)
 }
 
+/// Where less than this share of what an effect removes is certain, that is said.
+const SURE: f64 = 0.8;
+
 /// How much of the error an effect removes, and whether that matters; no full stop.
 pub fn worth(step: &StepFound) -> String {
     let mm = 1e3 * step.effect_size_m;
@@ -40,7 +43,14 @@ pub fn worth(step: &StepFound) -> String {
             )
         }
         (false, false) => {
-            format!("it removes {mm:.2} mm of the error of these runs: too little to matter")
+            let size = format!("it removes {mm:.2} mm of the error of these runs");
+            let least_mm = 1e3 * step.least_size_m;
+            match least_mm < SURE * mm {
+                true => {
+                    format!("{size}, of which {least_mm:.2} mm are certain: too little to matter")
+                }
+                false => format!("{size}: too little to matter"),
+            }
         }
     }
 }
@@ -262,6 +272,23 @@ pub fn net_change(change: &NetChange) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_too_little_to_matter_says_how_much_of_it_is_certain() {
+        let step = |size_m, least_m| {
+            let step = crate::empty_answer::step_of(&["side_slip"]);
+            let sizes = StepFound { effect_size_m: size_m, least_size_m: least_m, ..step };
+            worth(&StepFound { matters: false, ..sizes })
+        };
+        assert_eq!(
+            step(3e-4, 5e-5),
+            "it removes 0.30 mm of the error of these runs, of which 0.05 mm are certain: too little to matter"
+        );
+        assert_eq!(
+            step(6e-5, 5.5e-5),
+            "it removes 0.06 mm of the error of these runs: too little to matter"
+        );
+    }
 
     #[test]
     fn what_an_effect_comes_to_is_one_plain_number() {

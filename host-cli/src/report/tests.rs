@@ -37,6 +37,7 @@ fn answer() -> Answer {
             p_value: 1e-9,
             evidence: Evidence { signature: "it is <b>there</b>".into(), ..Evidence::default() },
             effect_size_m: 1e-2,
+            least_size_m: 1e-2,
             moves_no_track: false,
             nears_runs: true,
             matters: true,

@@ -63,13 +63,13 @@ pub struct Averaged {
 }
 
 impl Answer {
-    /// The same answer, judged by another tolerance: what matters moves the robot by more than that \[m\], and brings runs
-    /// nearer that it was not fitted to. What moves no track at all, such as the bias of a yaw rate sensor, matters if a robot
-    /// that goes by the sensor's heading is off by more.
+    /// The same answer, judged by another tolerance: what matters moves the robot beyond doubt by more than that \[m\], and
+    /// brings runs nearer that it was not fitted to. What moves no track at all, such as the bias of a yaw rate sensor,
+    /// matters if a robot that goes by the sensor's heading is off by more.
     pub fn with_tolerance(mut self, tolerance_m: f64) -> Self {
         self.tolerance_m = tolerance_m;
         for step in self.known.iter_mut().chain(&mut self.steps) {
-            step.matters = step.effect_size_m > tolerance_m && step.nears_runs;
+            step.matters = step.least_size_m > tolerance_m && step.nears_runs;
         }
         self
     }
@@ -109,12 +109,14 @@ pub struct StepFound {
     /// squared displacement of the wheels' contact points over the user's runs. Of an effect that moves no track: how far the
     /// heading that the sensor tells would displace them \[m\].
     pub effect_size_m: f64,
+    /// The lower end of its 95 % interval, with allowance for all effects that were asked for \[m\].
+    pub least_size_m: f64,
     /// It acts on a sensor and moves no track.
     pub moves_no_track: bool,
-    /// Of runs that took no part in its fit, more come nearer to where it says than chance explains. Always so where too few runs
-    /// show it for that to be judged.
+    /// Of the runs that show it, or of all, more come nearer to where a fit to the others says than chance explains; where so
+    /// few show it that chance may bring all of these nearer, all do.
     pub nears_runs: bool,
-    /// Whether it moves them by more than the tolerance, and not by chance: otherwise it is there, and not worth
+    /// Whether it moves them by more than the tolerance, beyond doubt, and not by chance: otherwise it is there, and not worth
     /// correcting.
     pub matters: bool,
 }

@@ -18,7 +18,7 @@ use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
 use crate::explain::progress::{Observer, Progress};
 use crate::explain::reachable_error::reachable_and_unexplained;
-use crate::explain::tolerance::tolerance_m;
+use crate::explain::tolerance::{least_size_m, tolerance_m};
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
@@ -84,7 +84,7 @@ pub fn explain_observed(
     let errors_of = |prefix: &[Term<'_>]| errors(prepared, weights, &with_along(&choice, prefix));
     let baseline = errors_of(&prefix);
     let before = fit_parameters(prepared, with_along(&choice, &prefix), *weights).terms;
-    let step_of = |index: usize, after: ErrorPair| step(&choice, index, (after, gains[index]));
+    let step_of = |index: usize, after: ErrorPair| step(&choice, index, (after, &gains[index]));
     let known: Vec<StepFound> = known.into_iter().map(|index| step_of(index, baseline)).collect();
     let mut steps = Vec::new();
     for index in missing {
@@ -180,8 +180,9 @@ pub(crate) fn errors_as_fitted(
     }
 }
 
-fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, TrackGain)) -> StepFound {
-    let Choice { prepared, selection: Selection { fitted, kept, .. }, classes, .. } = choice;
+fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, &TrackGain)) -> StepFound {
+    let Choice { prepared, selection, classes, .. } = choice;
+    let Selection { fitted, kept, screening, .. } = selection;
     let (test, class) = (&kept[index], &classes[index]);
     let term = &fitted.terms[index];
     let facts = term.effect.facts();
@@ -211,8 +212,9 @@ fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, TrackGain)
         p_value: test.p_value,
         evidence,
         effect_size_m: size_m,
+        least_size_m: least_size_m(size_m, test.p_value, screening.asked()),
         moves_no_track,
-        nears_runs: moves_no_track || gain.nears_runs(test.touched),
+        nears_runs: moves_no_track || gain.nears_runs(&test.shown_by),
         matters: true,
     }
 }

@@ -7,7 +7,7 @@ use crate::estimation::fit::Fitted;
 use crate::explain::alternative_fit::{AlternativeFit, alternative_fit};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::residuals::flexible_model::{Flexible, flexible};
+use crate::residuals::flexible_model::{Flexible, flexible, lower};
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;
@@ -85,7 +85,7 @@ pub(super) const EXCESS_MAX: f64 = 1.2;
 /// Noise is learnt from residuals, so what no effect explains passes for noise and hides effects that are there. The
 /// flexible model takes up whatever repeats; if it leaves less noise, the search is made again with that. The outcome
 /// stands if it comes near the reachable error: with little noise, something that the catalogue lacks is imitated by
-/// many effects.
+/// many effects. What either flexible model reaches is reachable: beside imitations the second one may find nothing more.
 fn beyond_noise<'a>(
     prepared: Prepared,
     selection: Selection<'a>,
@@ -97,13 +97,20 @@ fn beyond_noise<'a>(
     }
     let honest = Prepared { noise: Some(first.noise), ..prepared.clone() };
     let again = select(&honest, catalogue);
-    let second = flexible(&honest, &again.fitted, catalogue);
     let track_width_m = prepared.robot.track_width_m;
+    let (first, second) =
+        both_reach(first, flexible(&honest, &again.fitted, catalogue), track_width_m);
     if second.excess(track_width_m) < EXCESS_MAX.min(first.excess(track_width_m)) {
         (honest, again, second)
     } else {
         (prepared, selection, first)
     }
+}
+
+/// Two flexible models, each with the lower of the errors that they reach.
+fn both_reach(first: Flexible, second: Flexible, track_width_m: f64) -> (Flexible, Flexible) {
+    let reachable = lower(&first.reachable, &second.reachable, track_width_m);
+    (Flexible { reachable, ..first }, Flexible { reachable, ..second })
 }
 
 /// What cannot be told from each effect. An effect that is in the model only beside others of radii and track width is
@@ -193,3 +200,27 @@ pub(super) fn by_evidence(
 
 /// Tracks are nearer if their squared displacements fall by this share.
 const NEARER: f64 = 1e-3;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimation::errors::Errors;
+
+    #[test]
+    fn a_second_model_is_held_against_what_the_first_flexible_model_reached() {
+        let of = |mm: f64| Errors { position_rms_m: 1e-3 * mm, ..Errors::default() };
+        let flexible = |model_mm: f64, reachable_mm: f64| Flexible {
+            reachable: of(reachable_mm),
+            model: of(model_mm),
+            noise: OdometryNoise::TYPICAL,
+            depends_on: Vec::new(),
+        };
+        // Beside many imitations a flexible model finds nothing more: that is no proof that nothing is left.
+        let (first, second) = both_reach(flexible(4.0, 1.1), flexible(3.7, 3.7), 0.3);
+        assert!(second.excess(0.3) > EXCESS_MAX, "{second:?}");
+        assert_eq!(first.reachable, of(1.1));
+        // Nor does the first one know better than the second.
+        let (first, _) = both_reach(flexible(4.0, 2.0), flexible(3.0, 1.1), 0.3);
+        assert_eq!(first.reachable, of(1.1));
+    }
+}

@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::beta::beta_reg;
-use statrs::function::erf::erfc;
+use statrs::function::erf::{erfc, erfc_inv};
 use statrs::function::gamma::gamma_ur;
 
 /// Half the width of a 95 % interval, in sigmas of a normal distribution.
@@ -37,6 +37,11 @@ pub(crate) fn normal_tail(x: f64) -> f64 {
 /// The value that Student's t with so many degrees of freedom, above zero, stays below with this probability.
 pub fn students_t_quantile(freedom: f64, probability: f64) -> f64 {
     StudentsT::new(0.0, 1.0, freedom).map_or(f64::INFINITY, |t| t.inverse_cdf(probability))
+}
+
+/// By how many sigmas a normal deviate lies from zero, either way, with this probability of at least as much.
+pub(crate) fn normal_sigmas(probability: f64) -> f64 {
+    core::f64::consts::SQRT_2 * erfc_inv(probability.clamp(0.0, 1.0))
 }
 
 /// Wilcoxon's signed-rank test: the probability that differences which are symmetric about zero have a sum of positive
@@ -120,6 +125,16 @@ mod tests {
         assert_eq!(fisher(3, 4.0, -1.0), 1.0);
         // Far out, still a number.
         assert!((0.0..1e-40).contains(&fisher(1, 24.0, 1e5)));
+    }
+
+    #[test]
+    fn sigmas_are_those_of_the_tails_however_small() {
+        for sigmas in [0.5, 1.959_964, 5.0, 20.0] {
+            let back = normal_sigmas(2.0 * normal_tail(sigmas));
+            assert!((back / sigmas - 1.0).abs() < 1e-6, "{sigmas} {back}");
+        }
+        assert_eq!(normal_sigmas(1.0), 0.0);
+        assert_eq!(normal_sigmas(0.0), f64::INFINITY);
     }
 
     #[test]

@@ -70,6 +70,12 @@ pub(crate) fn displacement_m(errors: &Errors, track_width_m: f64) -> f64 {
     errors.position_rms_m.hypot(errors.heading_rms_rad * track_width_m / 2.0)
 }
 
+/// The lower of two reachable errors, as displacements of the wheels.
+pub(crate) fn lower(one: &Errors, other: &Errors, track_width_m: f64) -> Errors {
+    let lower = displacement_m(other, track_width_m) < displacement_m(one, track_width_m);
+    if lower { *other } else { *one }
+}
+
 /// A group of columns that may be taken up.
 struct Group {
     regressor: Option<Regressor>,
@@ -89,21 +95,21 @@ pub(crate) fn flexible(
         .collect();
     let thinned = thinned(prepared);
     let track_width_m = prepared.robot.track_width_m;
-    let lower = |one: &FlexibleFit<'_>, other: &FlexibleFit<'_>| {
+    let is_lower = |one: &FlexibleFit<'_>, other: &FlexibleFit<'_>| {
         let of = |fit: &FlexibleFit<'_>| displacement_m(&fit.errors, track_width_m);
         of(one) < of(other)
     };
     let search = GroupSearch { prepared, thinned: &thinned, pool: &pool };
     let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
     let mut best = search.with_groups_worth_adding(&model);
-    if !lower(&best, &model) {
+    if !is_lower(&best, &model) {
         best = model.clone();
     }
     for _ in 0..FALLS_MAX {
         let Some(index) = search.lowers_tracks(&best) else { break };
         // With it in the model there is less noise, and more is seen.
         let next = search.with_groups_worth_adding(&search.with(&best, &[index]));
-        if !lower(&next, &best) {
+        if !is_lower(&next, &best) {
             break;
         }
         best = next;

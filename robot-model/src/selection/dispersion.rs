@@ -18,7 +18,8 @@
 //! touched: d_r^2 = values' cov(u_r) values > 1,    better: 2 values' u_r > d_r^2     (5)
 //! ```
 //!
-//! with u_r about the model without the effect. If the effect is there, more than half of them get better.
+//! with u_r about the model without the effect. If the effect is there, more than half of them get better. Of a weak
+//! effect no run may be touched: the runs that show it are those of at least a quarter of the largest d_r^2.
 //! What follows for the effect is decided in [`crate::selection::effect_test`].
 
 use nalgebra::{DMatrix, DVector};
@@ -122,6 +123,8 @@ pub(crate) struct Spread {
     /// Equation (5).
     pub touched: usize,
     pub better: usize,
+    /// The runs that show it: those that it touches, or of a weak effect those that it moves most.
+    pub shown_by: Vec<usize>,
     /// One fold alone holds nearly all information about it.
     pub one_run_alone: bool,
 }
@@ -136,6 +139,8 @@ impl Spread {
 
 /// With at least this share of the information about an effect, a fold counts as the only one that shows it.
 const SINGLE_UNIT_SHARE: f64 = 0.8;
+/// The runs that show a weak effect have at least this share of the largest d_r^2 of (5).
+const SHOWN_SHARE: f64 = 0.25;
 
 /// Equations (4) and (5), with `delta` the model's values and the effect's.
 pub(crate) fn spread(
@@ -148,42 +153,67 @@ pub(crate) fn spread(
     let values = delta.rows(m.len(), e.len()).into_owned();
     let (mut touched, mut better) = (0, 0);
     let (mut most, mut all) = (0.0_f64, 0.0);
-    for (score, covariance) in &scores {
+    let mut each = Vec::new();
+    for Score { of: score, covariance, .. } in &scores {
         let promised = (values.transpose() * covariance * &values)[0];
         // The score is taken with the effect in the model; without the effect it is larger by this.
         let gain = 2.0 * values.dot(score) + promised;
         most = most.max(promised);
         all += promised;
+        each.push(promised);
         touched += usize::from(promised > 1.0);
         better += usize::from(promised > 1.0 && gain > 0.0);
     }
+    let least = f64::min(1.0, SHOWN_SHARE * most);
+    let shown_by = scores.iter().zip(&each).filter(|(_, promised)| **promised > least);
+    let shown_by: Vec<usize> = shown_by.map(|(score, _)| score.run).collect();
     let one_run_alone = most > SINGLE_UNIT_SHARE * all;
     let own_share = (0..e.len())
         .map(|j| total[(j, j)] / equations.total.gram[(e[j], e[j])].max(f64::MIN_POSITIVE))
         .fold(0.0, f64::max);
     let ridge = total.diagonal().max() * 1e-9 + f64::MIN_POSITIVE;
     let Some(factor) = (total + DMatrix::identity(e.len(), e.len()) * ridge).cholesky() else {
-        return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, one_run_alone };
+        return Spread {
+            raw: 1.0,
+            freedom: 0.0,
+            own_share,
+            touched,
+            better,
+            shown_by,
+            one_run_alone,
+        };
     };
     let (mut sum, mut shares, mut squared_shares) = (0.0, 0.0, 0.0);
-    for (score, covariance) in &scores {
+    for Score { of: score, covariance, .. } in &scores {
         sum += score.dot(&factor.solve(score));
         let share = factor.solve(covariance).trace() / q;
         shares += share;
         squared_shares += share * share;
     }
     if squared_shares <= 0.0 {
-        return Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, one_run_alone };
+        return Spread {
+            raw: 1.0,
+            freedom: 0.0,
+            own_share,
+            touched,
+            better,
+            shown_by,
+            one_run_alone,
+        };
     }
     // Effective number of folds that hold information about it; the fit uses up one of them.
     let folds = shares * shares / squared_shares;
     let freedom = (folds - 1.0).max(0.0);
     let raw = if freedom > 0.0 { sum / q * folds / freedom } else { 1.0 };
-    Spread { raw, freedom, own_share, touched, better, one_run_alone }
+    Spread { raw, freedom, own_share, touched, better, shown_by, one_run_alone }
 }
 
 /// The score of an effect in one run, and its covariance.
-type Score = (DVector<f64>, DMatrix<f64>);
+struct Score {
+    run: usize,
+    of: DVector<f64>,
+    covariance: DMatrix<f64>,
+}
 
 /// The score of the effect and its covariance, for each run; and the sum of the covariances.
 fn scores(
@@ -202,7 +232,6 @@ fn scores(
         None => DMatrix::zeros(e.len(), m.len()),
     };
     let mut scores: Vec<Score> = Vec::new();
-    let mut run = None;
     let mut total = DMatrix::zeros(e.len(), e.len());
     for fold in &equations.folds {
         let left = DVector::from_iterator(both.len(), both.iter().map(|i| fold.sums.right[*i]))
@@ -215,13 +244,12 @@ fn scores(
         total += &covariance;
         match scores.last_mut() {
             // Blocks of one run share its accidents: together they have one vote.
-            Some((sum, known)) if run == Some(fold.run) => {
-                *sum += score;
-                *known += covariance;
+            Some(before) if before.run == fold.run => {
+                before.of += score;
+                before.covariance += covariance;
             }
-            _ => scores.push((score, covariance)),
+            _ => scores.push(Score { run: fold.run, of: score, covariance }),
         }
-        run = Some(fold.run);
     }
     (scores, total)
 }

@@ -75,6 +75,8 @@ pub(crate) struct EffectTest {
     /// Equation (5) of [`crate::selection::dispersion`]: how many folds it touches, and how many of those it improves.
     pub touched: usize,
     pub better: usize,
+    /// The runs that show it.
+    pub shown_by: Vec<usize>,
     /// A kind of run that it predicts worse when fitted to the others, and by how much.
     pub worse_kind: Option<(RunKind, f64)>,
 }
@@ -200,7 +202,7 @@ fn test_amplitudes(
     let cross_validated_gain = on_each.into_iter().sum();
     let spread = spread(equations, (hypothesis.model, hypothesis.asked), &solution.delta);
     let dispersion = spread.dispersion(hypothesis.scatter);
-    let Spread { own_share, touched, better, one_run_alone, freedom, .. } = spread;
+    let Spread { own_share, touched, better, shown_by, one_run_alone, freedom, .. } = spread;
     // Without the one fold that shows it, it cannot be fitted: in place of the cross-validated gain stands the one
     // to be expected on as much data again, less what chance gives.
     let cross_validated_gain = if one_run_alone {
@@ -232,6 +234,7 @@ fn test_amplitudes(
         own_share,
         touched,
         better,
+        shown_by,
         one_run_alone,
         worse_kind: worse_kind(equations, hypothesis, &values, dispersion),
         values,

@@ -57,6 +57,16 @@ fn an_error_of_a_sensor_is_worth_as_much_as_it_turns_the_heading_that_the_sensor
 }
 
 #[test]
+fn what_is_not_beyond_doubt_as_large_as_the_tolerance_is_not_worth_correcting() {
+    let answer = explain(&campaign(&full_plan(), &[term("heading_pull", &[0.002])], 40)).unwrap();
+    let [step] = answer.steps.as_slice() else { panic!("{:?}", answer.steps) };
+    let (least_m, size_m) = (step.least_size_m, step.effect_size_m);
+    assert!(step.nears_runs && 0.0 < least_m && least_m < 0.9 * size_m, "{step:?}");
+    let matters = |tolerance_m: f64| answer.clone().with_tolerance(tolerance_m).steps[0].matters;
+    assert!(matters(0.9 * least_m) && !matters(f64::midpoint(least_m, size_m)), "{step:?}");
+}
+
+#[test]
 fn every_effect_is_among_those_that_are_tested_alone() {
     let tested = ALONE.map(|(id, _)| id);
     let catalogue: Vec<&str> = CATALOGUE.iter().map(|effect| effect.facts().id).collect();

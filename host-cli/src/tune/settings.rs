@@ -23,11 +23,15 @@ pub const CHECK_COUNT_M: f64 = 0.0068 / 6.0;
 const CHECK_RISE_S: f64 = 0.2;
 const CHECK_STALL_TIMES: f64 = 7.0;
 const STALL_TIME_S_MAX: f64 = 0.09;
-/// The encoder check leaves a wheel so many counts ahead.
+/// The encoder check leaves a wheel so many counts ahead, or this far, if it is more \[m\].
 const CHECK_COUNTS: f64 = 3.5;
-/// What the integral took up meanwhile may put the wheel off by so many counts, or this, if it is more \[m\].
+const CHECK_M: f64 = 2e-4;
+/// What the integral took up meanwhile may put the wheel off by so many counts, or by as much as a quiet supply's noise does
+/// \[m\], if that is more.
 const WOUND_UP_COUNTS: f64 = 0.5;
-const WOUND_UP_M: f64 = 1e-4;
+const WOUND_UP_M: f64 = 2e-5;
+/// The nominal supply is a multiple of a twentieth of a volt.
+const SUPPLY_STEPS_PER_V: f64 = 20.0;
 /// A wheel may be so many counts off its setpoint before that is a fault.
 const COUNTS_OFF: f64 = 6.0;
 /// Of the supply, for the fastest motion: the rest is for the loop, and for a battery that runs down.
@@ -203,17 +207,32 @@ pub fn tuned(
 /// The robot holds the supply that it reckons with until it is off by a 64th. In the middle of what a drive takes it to, most
 /// drives change nothing. Rounded up, so that the same battery gives nearly the same number.
 fn rounded_supply_v(loaded_v: f64) -> f64 {
-    (loaded_v * 20.0).ceil() / 20.0
+    (loaded_v * SUPPLY_STEPS_PER_V).ceil() / SUPPLY_STEPS_PER_V
 }
 
-/// The same with what drives have shown to be missing in the feedforward.
+/// The same with what drives have shown to be missing in the feedforward, and with the nominal supply for which least is left
+/// that no feedforward explains: the robot changes the supply that it reckons with in steps.
 pub fn refined(tuned: &Config, shortfall: &Shortfall) -> Config {
     let mut refined = tuned.clone();
     let present_v = tuned.feedforward.nominal_v();
-    if let Some(loaded_v) = shortfall.loaded_supply_v()
-        && tuned.protection.supply_v_min > 0.0
+    let FeedforwardConfig { left, right, .. } = tuned.feedforward;
+    let kv = WheelPair { left: left.kv_v_s_per_m, right: right.kv_v_s_per_m };
+    if tuned.protection.supply_v_min > 0.0
+        && let Some((lowest_v, highest_v)) = shortfall.nominal_supply_v()
     {
-        refined.feedforward.supply_v = rounded_supply_v(loaded_v);
+        let unexplained = |supply_v: f64| {
+            let missing = shortfall.missing_v(present_v, supply_v, kv);
+            [missing.left, missing.right]
+                .into_iter()
+                .flatten()
+                .map(|of| of.unexplained)
+                .sum::<f64>()
+        };
+        let steps =
+            [lowest_v, highest_v].map(|supply_v| (supply_v * SUPPLY_STEPS_PER_V).ceil() as u32);
+        let tried = (steps[0]..=steps[1]).map(|step| f64::from(step) / SUPPLY_STEPS_PER_V);
+        let best = tried.min_by(|a, b| unexplained(*a).total_cmp(&unexplained(*b)));
+        refined.feedforward.supply_v = best.unwrap_or(present_v);
     }
     let supply_v = refined.feedforward.nominal_v();
     // Gains are shares of the supply: the same volts.
@@ -224,7 +243,6 @@ pub fn refined(tuned: &Config, shortfall: &Shortfall) -> Config {
     // The measured speed is half a window old: this much is meant to come from the loop.
     let meant_v_s2_per_m = 0.5 * SPEED_WINDOW_S * tuned.pid.kd_s_per_m * present_v;
     let FeedforwardConfig { left, right, .. } = &mut refined.feedforward;
-    let kv = WheelPair { left: left.kv_v_s_per_m, right: right.kv_v_s_per_m };
     let missing = shortfall.missing_v(present_v, supply_v, kv);
     for (wheel, missing) in [(left, missing.left), (right, missing.right)] {
         let Some(missing) = missing else { continue };
@@ -238,10 +256,10 @@ pub fn refined(tuned: &Config, shortfall: &Shortfall) -> Config {
 
 /// Largest ki, as a share of kp \[1/s\]: what the encoder check leaves must not wind up the integral.
 ///
-/// The check leaves a wheel some counts ahead. Until the paper's profile has caught up with it, the integral takes up
+/// The check leaves a wheel a little ahead. Until the paper's profile has caught up with it, the integral takes up
 /// 2/3 of that distance times that time, and the wheel is then off by this, times ki / kp.
 fn integral_share_max_per_s(count_m: f64, wheel_radius_m: f64) -> f64 {
-    let ahead_m = CHECK_COUNTS * count_m;
+    let ahead_m = (CHECK_COUNTS * count_m).max(CHECK_M);
     let caught_up_s = (2.0 * ahead_m / following::paper_acceleration_mps2(wheel_radius_m)).sqrt();
     let tolerated_m = (WOUND_UP_COUNTS * count_m).max(WOUND_UP_M);
     tolerated_m / (2.0 / 3.0 * ahead_m * caught_up_s)
@@ -270,11 +288,11 @@ mod tests {
     }
 
     #[test]
-    fn long_counts_bound_the_integral_and_fine_ones_do_not() {
+    fn long_counts_bound_the_integral_more_than_fine_ones() {
         let coarse = integral_share_max_per_s(0.015, 0.04);
         assert!((0.02..0.3).contains(&coarse), "{coarse}");
         let fine = integral_share_max_per_s(3e-5, 0.04);
-        assert!(fine > 10.0, "{fine}");
+        assert!((0.5..5.0).contains(&fine), "{fine}");
     }
 
     #[test]

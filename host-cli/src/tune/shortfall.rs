@@ -88,12 +88,18 @@ impl Shortfall {
         }
     }
 
-    /// The supply to reckon with under these loads \[V\]: the middle of its range, but not so low that the robot reckons with
-    /// another one when it stands. None if nothing was driven.
-    pub fn loaded_supply_v(&self) -> Option<f64> {
+    /// The range of nominal supplies \[V\] at which the robot, when it stands, reckons with the nominal one. None if nothing was
+    /// driven.
+    pub fn nominal_supply_v(&self) -> Option<(f64, f64)> {
         let (low, high) = self.supply_v;
         let lowest = high / (1.0 + SUPPLY_SHARE) + SUPPLY_NOISE_V;
-        (low <= high).then_some((0.5 * (low + high)).max(lowest))
+        (low <= high).then_some((lowest, high))
+    }
+
+    /// A first choice: the middle of the supply under these loads \[V\], in that range.
+    pub fn loaded_supply_v(&self) -> Option<f64> {
+        let (lowest, highest) = self.nominal_supply_v()?;
+        Some((0.5 * (self.supply_v.0 + highest)).max(lowest))
     }
 
     /// The supply that a robot with this nominal one \[V\] would have reckoned with, at each frame.

@@ -193,3 +193,24 @@ fn the_first_experiment_waits_for_wheels_that_a_fault_left_rolling() {
     assert!((motor.ks_forward_v / ks - 1.0).abs() < 0.1, "{motor:?} {ks}");
     assert!((motor.kv_v_s_per_m / kv - 1.0).abs() < 0.03, "{motor:?} {kv}");
 }
+
+/// How closely a drawn robot follows after its tuning, in floors.
+fn floors_of(seed: u64) -> f64 {
+    let robot = draw(seed);
+    let tuned = robot.tune().tuned.unwrap_or_else(|error| panic!("{seed}: {error}"));
+    tuned.after.rms_m / robot.following_floor_m()
+}
+
+#[test]
+fn what_the_encoder_check_leaves_does_not_wind_up_the_integral_of_a_robot_with_long_counts() {
+    let floors = floors_of(1_200_001);
+    assert!(floors < 1.8, "{floors}");
+}
+
+#[test]
+fn the_feedforward_is_refined_until_a_fine_encoder_shows_little_more_than_noise() {
+    for seed in [1_100_016, 1_100_049, 1_200_073] {
+        let floors = floors_of(seed);
+        assert!(floors < 2.0, "{seed}: {floors}");
+    }
+}

@@ -21,7 +21,7 @@ use robot_model::kinematics;
 use shared_proto::{Command, Config, Fault, MotionEnd, State, Telemetry, WheelPair};
 
 use super::floor::Floor;
-use super::settings;
+use super::settings::{self, CheckFor};
 use crate::error::{Error, Result};
 use crate::wheel_angles::{for_model, travel_m};
 
@@ -61,9 +61,20 @@ const AGAIN_LEVELS: [(&str, f64); 5] = [
 /// To warm the motors: so many turns to and fro on the spot, each so long \[s\]. Nothing takes more current, and it takes no floor.
 const WARMING_TURNS: usize = 40;
 const WARMING_S: f64 = 0.4;
-/// Friction that the encoder check reckons with, one try after the other \[V\]. A dead encoder lets its wheel roll some
-/// centimetres in the last one, and is then named.
-pub const CHECK_KS_V: [f64; 4] = [0.5, 1.2, 2.5, 5.0];
+/// What the encoder check reckons with, one try after the other. A dead encoder lets its wheel roll some centimetres in the last
+/// one, and is then named.
+const CHECKS: [CheckFor; 4] =
+    [check_for(0.5, 1.0), check_for(1.2, 1.0), check_for(2.5, 1.0), check_for(5.0, 1.0)];
+/// Two more for long counts, if a wheel has counted: a slow motor uses up the check's distance, which is reckoned with the old
+/// constants, before there are enough of them.
+const CHECKS_OF_SLOW: [CheckFor; 2] = [check_for(1.2, 4.0), check_for(5.0, 4.0)];
+/// The first one.
+pub const CHECK_FIRST: CheckFor = CHECKS[0];
+
+const fn check_for(ks_v: f64, slower: f64) -> CheckFor {
+    CheckFor { ks_v, slower }
+}
+
 /// A longer count may be too few of them for the encoder check, which gives slow motors about a second for three \[m\].
 const COARSE_M: f64 = 0.005;
 /// Share of the supply that is used.
@@ -85,7 +96,7 @@ pub struct Experiments<'a> {
     supply_v: f64,
     recordings: Vec<VoltageRecording>,
     driven: Vec<DrivenExperiment>,
-    /// The friction that the encoder check reckons with now: an index into [`CHECK_KS_V`].
+    /// What the encoder check reckons with now: an index into [`CHECKS`], and on into [`CHECKS_OF_SLOW`].
     check: usize,
 }
 
@@ -380,6 +391,20 @@ impl<'a> Experiments<'a> {
         Ok(())
     }
 
+    /// Takes the next try of the encoder check: friction that nobody knows looks like a wheel that is blocked, and so does a slow
+    /// motor whose counts are long. None is left if false.
+    fn check_again(&mut self, fault: Fault) -> bool {
+        let can_be_slow =
+            count_m(self.config) > settings::CHECK_COUNT_M && matches!(fault, Fault::Stall(_));
+        let next = self.check + 1;
+        let of_slow = next.checked_sub(CHECKS.len()).and_then(|next| CHECKS_OF_SLOW.get(next));
+        if CHECKS.get(next).or(of_slow.filter(|_| can_be_slow)).is_none() {
+            return false;
+        }
+        self.check = next;
+        true
+    }
+
     async fn apply(
         &mut self,
         session: &mut Session,
@@ -401,12 +426,12 @@ impl<'a> Experiments<'a> {
                     return Ok((end, telemetry));
                 }
                 Err(host_link::Error::Faulted(report))
-                    if self.check + 1 < CHECK_KS_V.len() && is_of_check(report.fault) =>
+                    if is_of_check(report.fault) && self.check_again(report.fault) =>
                 {
-                    // Friction that nobody knows looks like a wheel that is blocked: once more, with more of it.
-                    self.check += 1;
                     session.request(Command::ClearFault { number: report.number }).await?;
-                    let config = settings::for_experiments(self.config, CHECK_KS_V[self.check]);
+                    let check = CHECKS.iter().chain(&CHECKS_OF_SLOW).nth(self.check);
+                    let check = check.copied().unwrap_or(CHECK_FIRST);
+                    let config = settings::for_experiments(self.config, check);
                     session.write_config(&config).await?;
                 }
                 Err(host_link::Error::Faulted(report)) if is_of_check(report.fault) => {
@@ -419,10 +444,15 @@ impl<'a> Experiments<'a> {
     }
 }
 
+/// The longer count of both encoders \[m\].
+fn count_m(config: &Config) -> f64 {
+    let counts_m = config.encoder.map(|encoder| config.meters_per_count(&encoder));
+    counts_m.left.max(counts_m.right)
+}
+
 /// What to say of a fault that the encoder check may have raised because a count is long.
 pub fn too_coarse(config: &Config, fault: Fault) -> Option<Error> {
-    let counts_m = config.encoder.map(|encoder| config.meters_per_count(&encoder));
-    let count_m = counts_m.left.max(counts_m.right);
+    let count_m = count_m(config);
     (is_of_check(fault) && count_m > COARSE_M).then(|| {
         Error::said_no(format_args!(
             "one count of the encoder is {:.0} mm of travel: the encoder check waits about a second for three of them, saw fewer, and ended with the fault {fault}",

@@ -1,12 +1,12 @@
-//! How well the wheels follow a profile: one drive forwards and one back.
+//! How well the wheels follow a profile, drive by drive.
 
 use host_link::motion::{self, Motion, RecordOptions};
 use host_link::session::Session;
 use shared_proto::{Command, Config, Fault, State, Telemetry, TravelUnit, Wheel, WheelPair};
 
-use super::acceleration::AccelerationSums;
 use super::floor::Floor;
 use super::rest::{self, Rest};
+use super::shortfall::Shortfall;
 use crate::error::Result;
 
 /// The paper's cruise and ramp, in turns of a wheel; the fast profile is so many times as fast.
@@ -31,8 +31,6 @@ pub struct Following {
     pub overshoot: f64,
     /// Change of the duty from frame to frame while cruising, root mean square.
     pub duty_noise: f64,
-    /// What the loop added per acceleration in the fast drives, as a share of the nominal supply \[s^2/m\].
-    pub feedback_s2_per_m: WheelPair<f64>,
 }
 
 /// What came of the drives.
@@ -67,54 +65,34 @@ impl Following {
     }
 }
 
-/// The paper's profile, so many times as fast, for a configuration on this floor.
-fn profile(config: &Config, floor: &Floor, times: f64) -> Motion {
-    let room_m = (0.8 * floor.room_m(true)).max(0.05);
+/// The paper's ramp for a wheel of this radius.
+pub fn paper_acceleration_mps2(wheel_radius_m: f64) -> f64 {
+    RAMP_REV_S2 * std::f64::consts::TAU * wheel_radius_m
+}
+
+/// One drive of a profile.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive {
+    /// Five times as fast as the paper's.
+    pub is_fast: bool,
+    /// Which way.
+    pub forwards: bool,
+}
+
+/// The motion for a configuration on this floor: backwards at most to where the robot stood at first.
+fn profile(config: &Config, floor: &Floor, drive: Drive) -> Motion {
+    let times = if drive.is_fast { FAST } else { 1.0 };
+    let back_m = if drive.forwards { f64::INFINITY } else { floor.at_m() };
+    let room_m = (0.8 * floor.room_m(true)).min(back_m).max(0.05);
     let turn_m = std::f64::consts::TAU * config.geometry.wheel_radius_m;
-    Motion {
+    let motion = Motion {
         unit: TravelUnit::Meter,
         distance: WheelPair::both(room_m.min(3.0 * turn_m)),
         cruise: (times * CRUISE_REV_S * turn_m).min(0.9 * config.limits.speed_mps_max),
         acceleration: (times * times * RAMP_REV_S2 * turn_m)
             .min(0.9 * config.limits.acceleration_mps2_max),
-    }
-}
-
-/// Drives the paper's profile five times as fast forwards, and back as slow as it is if `slow`; a fault is cleared.
-pub async fn drive(
-    session: &mut Session,
-    config: &Config,
-    floor: &mut Floor,
-    slow: bool,
-) -> Result<Outcome> {
-    let mut sums = Sums::default();
-    let fast = profile(config, floor, FAST);
-    let back = if slow { profile(config, floor, 1.0) } else { fast };
-    for (motion, is_fast) in [(fast, true), (back.reversed(), !slow)] {
-        let mut telemetry = Vec::new();
-        let options = RecordOptions::default();
-        let mut rest = Rest::Stands;
-        let driven =
-            motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
-        if let Err(host_link::Error::Faulted(report)) = &driven
-            && is_ours(report.fault)
-        {
-            rest = rest::wait_until_wheels_stand(session, &mut telemetry).await?;
-        }
-        floor.follow(config, &telemetry);
-        match driven {
-            Ok(_) => sums.add(&motion, &telemetry, is_fast),
-            Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
-                session.request(Command::ClearFault { number: report.number }).await?;
-                if rest == Rest::Rolls {
-                    return Err(rest::rolls_by_itself());
-                }
-                return Ok(Outcome::Faulted(report.fault));
-            }
-            Err(error) => return Err(error.into()),
-        }
-    }
-    Ok(Outcome::Followed(sums.following()))
+    };
+    if drive.forwards { motion } else { motion.reversed() }
 }
 
 /// Whether gains alone may have caused it.
@@ -131,26 +109,64 @@ fn is_ours(fault: Fault) -> bool {
     )
 }
 
-#[derive(Default)]
-struct Sums {
+/// Drives with one configuration.
+#[derive(Clone, Default)]
+pub struct Drives {
     /// Squares of the errors, and how many, of the slow drives and of the fast ones.
     errors: [(f64, f64); 2],
     worst_m: f64,
     overshoot: f64,
     duty_squares: f64,
     duty_count: f64,
-    accelerations: AccelerationSums,
+    /// What the fast drives show.
+    pub shortfall: Shortfall,
 }
 
-impl Sums {
-    fn add(&mut self, motion: &Motion, telemetry: &[Telemetry], is_fast: bool) {
+impl Drives {
+    /// Drives this one; a fault that gains alone may have caused is cleared and returned.
+    pub async fn drive(
+        &mut self,
+        session: &mut Session,
+        config: &Config,
+        floor: &mut Floor,
+        drive: Drive,
+    ) -> Result<Option<Fault>> {
+        let motion = profile(config, floor, drive);
+        let mut telemetry = Vec::new();
+        let options = RecordOptions::default();
+        let mut rest = Rest::Stands;
+        let driven =
+            motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
+        if let Err(host_link::Error::Faulted(report)) = &driven
+            && is_ours(report.fault)
+        {
+            rest = rest::wait_until_wheels_stand(session, &mut telemetry).await?;
+        }
+        floor.follow(config, &telemetry);
+        match driven {
+            Ok(_) => {
+                self.add(config, &motion, &telemetry, drive.is_fast);
+                Ok(None)
+            }
+            Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
+                session.request(Command::ClearFault { number: report.number }).await?;
+                if rest == Rest::Rolls {
+                    return Err(rest::rolls_by_itself());
+                }
+                Ok(Some(report.fault))
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    fn add(&mut self, config: &Config, motion: &Motion, telemetry: &[Telemetry], is_fast: bool) {
         // The encoder check leaves the wheels some counts ahead; the drive takes that back at its beginning.
         let driving: Vec<&Telemetry> = telemetry
             .iter()
             .filter(|frame| frame.state == State::Driving && !frame.probing)
             .collect();
         if is_fast {
-            self.accelerations.add(&driving);
+            self.shortfall.add(config, &driving);
         }
         let settled = &driving[driving.len() / 3..];
         for wheel in Wheel::BOTH {
@@ -181,7 +197,8 @@ impl Sums {
         }
     }
 
-    fn following(self) -> Following {
+    /// How well the wheels followed in all of them.
+    pub fn following(&self) -> Following {
         let rms = |squares: f64, count: f64| (squares / count.max(1.0)).sqrt();
         let [slow, fast] = self.errors;
         Following {
@@ -190,7 +207,6 @@ impl Sums {
             worst_m: self.worst_m,
             overshoot: self.overshoot,
             duty_noise: (self.duty_squares / self.duty_count.max(1.0)).sqrt(),
-            feedback_s2_per_m: self.accelerations.feedback_s2_per_m(),
         }
     }
 }

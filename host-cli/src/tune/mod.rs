@@ -2,21 +2,23 @@
 //!
 //! | file | what it does |
 //! | --- | --- |
-//! | `acceleration.rs` | what the loop adds to the feedforward while the robot accelerates |
 //! | `floor.rs` | where on its floor the robot is, and how far it may go |
 //! | `experiments.rs` | the voltages, one experiment after the other |
 //! | `recorded.rs` | the experiments as a campaign |
 //! | `following.rs` | how well the wheels follow a profile |
 //! | `rest.rs` | waits for wheels that a fault left rolling |
 //! | `settings.rs` | from constants and gains to a configuration |
+//! | `shortfall.rs` | what a drive shows to be missing in the feedforward |
+//! | `trial.rs` | tries a configuration, and makes its feedforward better |
 
-mod acceleration;
 mod experiments;
 mod floor;
 mod following;
 pub mod recorded;
 mod rest;
 mod settings;
+mod shortfall;
+mod trial;
 
 use std::path::PathBuf;
 
@@ -128,7 +130,7 @@ pub async fn drive_experiments(
 ) -> Result<(Config, Vec<DrivenExperiment>)> {
     let original = session.read_config().await?;
     let supply_v = supply_v(session, &original).await?;
-    let check = settings::for_experiments(&original, experiments::CHECK_KS_V[0]);
+    let check = settings::for_experiments(&original, experiments::CHECK_FIRST);
     session.write_config(&check).await?;
     let mut experiments = Experiments::new(&original, supply_v);
     let mut floor = Floor::new(floor_m);
@@ -174,9 +176,10 @@ impl Tuner<'_> {
         let started_us = self.session.status().await?.t_us;
         let supply_v = supply_v(self.session, self.original).await?;
         progress(Progress::Doing("a profile with the present gains"));
-        let before = self.follow(self.original, false).await?;
+        let (before, drives) = self.drive_fast(self.original).await?;
+        let loaded_v = drives.shortfall.loaded_supply_v();
         progress(Progress::Before(&before));
-        let check = settings::for_experiments(self.original, experiments::CHECK_KS_V[0]);
+        let check = settings::for_experiments(self.original, experiments::CHECK_FIRST);
         self.session.write_config(&check).await?;
         let mut experiments = Experiments::new(self.original, supply_v);
         let recordings = experiments
@@ -203,8 +206,8 @@ impl Tuner<'_> {
         for _ in 0..TRIES {
             let gains = settings::design(self.original, &fit, supply_v, stiffness)?;
             progress(Progress::Trying(&gains));
-            let tuned = settings::tuned(self.original, &fit, &gains, supply_v);
-            let (tuned, after) = self.drive_with(tuned, meters_per_count, progress).await?;
+            let tuned = settings::tuned(self.original, &fit, &gains, supply_v, loaded_v);
+            let (tuned, after) = self.try_settings(tuned, meters_per_count, progress).await?;
             match after {
                 DriveOutcome::Followed(after)
                     if after.is_better_than(&before, meters_per_count) =>
@@ -233,43 +236,6 @@ impl Tuner<'_> {
             return Err(error);
         }
         Err(not_better(&before, last.as_ref()))
-    }
-
-    /// Drives with these settings, and where the robot does not follow as closely as its encoders can tell, once more with
-    /// the feedforward that the first drive has shown to be missing. Returns what drove better; the robot has it.
-    async fn drive_with(
-        &mut self,
-        tuned: Config,
-        meters_per_count: f64,
-        progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<(Config, DriveOutcome)> {
-        self.session.write_config(&tuned).await?;
-        let after = self.follow(&tuned, true).await?;
-        progress(Progress::After(&after));
-        let DriveOutcome::Followed(first) = after else { return Ok((tuned, after)) };
-        if !first.is_loose(meters_per_count) {
-            return Ok((tuned, after));
-        }
-        let refined = settings::refined(&tuned, first.feedback_s2_per_m);
-        self.session.write_config(&refined).await?;
-        progress(Progress::Doing("the same with a better feedforward"));
-        let again = self.follow(&refined, true).await?;
-        progress(Progress::After(&again));
-        match again {
-            DriveOutcome::Followed(second)
-                if second.rms_m < first.rms_m && second.fast_rms_m < first.fast_rms_m =>
-            {
-                Ok((refined, again))
-            }
-            _ => {
-                self.session.write_config(&tuned).await?;
-                Ok((tuned, after))
-            }
-        }
-    }
-
-    async fn follow(&mut self, config: &Config, slow: bool) -> Result<DriveOutcome> {
-        following::drive(self.session, config, &mut self.floor, slow).await
     }
 
     /// Remembers the old configuration, and saves the one in use.

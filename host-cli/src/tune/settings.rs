@@ -7,6 +7,8 @@ use shared_proto::{
     WheelPair,
 };
 
+use super::following;
+use super::shortfall::Shortfall;
 use crate::error::{Error, Result};
 use crate::undo::{Restorable, Undo};
 
@@ -16,7 +18,20 @@ const SPEED_WINDOW_S: f64 = 0.04;
 /// Duty that the encoder check may take in the experiments: motors with much friction need it.
 const PROBE_DUTY: f64 = 0.5;
 /// The encoder check lets a wheel roll by 6.8 mm, or 6 counts if they are longer \[m\].
-const CHECK_COUNT_M: f64 = 0.0068 / 6.0;
+pub const CHECK_COUNT_M: f64 = 0.0068 / 6.0;
+/// It turns a wheel for so long and so many stall times, if it needs to; while its duty rises, half as far. Longest stall time.
+const CHECK_RISE_S: f64 = 0.2;
+const CHECK_STALL_TIMES: f64 = 7.0;
+const STALL_TIME_S_MAX: f64 = 0.09;
+/// The encoder check leaves a wheel so many counts ahead, or this far, if it is more \[m\].
+const CHECK_COUNTS: f64 = 3.5;
+const CHECK_M: f64 = 2e-4;
+/// What the integral took up meanwhile may put the wheel off by so many counts, or by as much as a quiet supply's noise does
+/// \[m\], if that is more.
+const WOUND_UP_COUNTS: f64 = 0.5;
+const WOUND_UP_M: f64 = 2e-5;
+/// The nominal supply is a multiple of a twentieth of a volt.
+const SUPPLY_STEPS_PER_V: f64 = 20.0;
 /// A wheel may be so many counts off its setpoint before that is a fault.
 const COUNTS_OFF: f64 = 6.0;
 /// Of the supply, for the fastest motion: the rest is for the loop, and for a battery that runs down.
@@ -58,15 +73,48 @@ impl Restorable for LoopConfig {
     }
 }
 
-/// The same configuration with an encoder check for motors with this much friction \[V\].
-pub fn for_experiments(config: &Config, ks_v: f64) -> Config {
+/// What the encoder check reckons with, as long as the motors are not known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CheckFor {
+    /// Friction \[V\].
+    pub ks_v: f64,
+    /// The motors are so many times as slow as the configuration has it.
+    pub slower: f64,
+}
+
+/// The same configuration with an encoder check for such motors.
+pub fn for_experiments(config: &Config, CheckFor { ks_v, slower }: CheckFor) -> Config {
     let mut config = config.clone();
     config.protection.probe_duty_max = config.protection.probe_duty_max.max(PROBE_DUTY);
     for wheel in [&mut config.feedforward.left, &mut config.feedforward.right] {
         wheel.ks_forward_v = wheel.ks_forward_v.max(ks_v);
         wheel.ks_backward_v = wheel.ks_backward_v.max(ks_v);
+        wheel.kv_v_s_per_m *= slower;
+    }
+    if slower > 1.0 {
+        allow_longest_check(&mut config);
     }
     config
+}
+
+/// The encoder check holds its duty for some stall times: a slow motor with long counts needs the longest.
+fn allow_longest_check(config: &mut Config) {
+    let stall_time_s = &mut config.protection.stall_time_s;
+    *stall_time_s = stall_time_s.max(STALL_TIME_S_MAX);
+}
+
+/// Whether the encoder check may end before a wheel has turned by the counts that it needs.
+fn check_is_short(config: &Config) -> bool {
+    let FeedforwardConfig { left, right, .. } = config.feedforward;
+    let full_v = config.protection.probe_duty_max * config.feedforward.nominal_v();
+    let time_s = CHECK_RISE_S + CHECK_STALL_TIMES * config.protection.stall_time_s;
+    let is_short = |wheel: WheelFeedforward, count_m: f64| {
+        let ks_v = wheel.ks_forward_v.max(wheel.ks_backward_v);
+        let way_m = time_s * (full_v - ks_v).max(0.0) / wheel.kv_v_s_per_m.max(1e-3);
+        count_m > CHECK_COUNT_M && way_m < CHECK_COUNTS * count_m
+    };
+    let counts_m = config.encoder.map(|encoder| config.meters_per_count(&encoder));
+    is_short(left, counts_m.left) || is_short(right, counts_m.right)
 }
 
 /// Gains for both wheels.
@@ -83,6 +131,10 @@ pub fn design(
         meters_per_count: counts_m.left.max(counts_m.right),
         supply_v,
         stiffness,
+        integral_share_max_per_s: integral_share_max_per_s(
+            counts_m.left.max(counts_m.right),
+            config.geometry.wheel_radius_m,
+        ),
     };
     drivetrain::design(&fit.constants.value, &facts).map_err(|_| {
         Error::said_no("no gains are stable enough on these motors: the delay is too long, or a count too coarse")
@@ -91,7 +143,15 @@ pub fn design(
 }
 
 /// The configuration with these constants and gains.
-pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64) -> Config {
+///
+/// `loaded_v` is the supply in the middle of its range on a fast profile, where it is known.
+pub fn tuned(
+    config: &Config,
+    fit: &DrivetrainFit,
+    gains: &Gains,
+    supply_v: f64,
+    loaded_v: Option<f64>,
+) -> Config {
     let mut tuned = config.clone();
     let model = &fit.constants.value;
     // A push is this floor's: the friction that goes with the robot is the mean.
@@ -106,8 +166,7 @@ pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64)
     tuned.feedforward.left = wheel(&model.wheels.left);
     tuned.feedforward.right = wheel(&model.wheels.right);
     if tuned.protection.supply_v_min > 0.0 {
-        // Rounded, so that the same battery gives the same number.
-        tuned.feedforward.supply_v = (supply_v * 2.0).round() / 2.0;
+        tuned.feedforward.supply_v = rounded_supply_v(loaded_v.unwrap_or(supply_v));
     }
     let nominal_v = tuned.feedforward.nominal_v();
     tuned.pid = PidConfig {
@@ -123,8 +182,11 @@ pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64)
     let count_m = counts_m.left.max(counts_m.right);
     // With long counts it needs the duty that it had in the experiments.
     let check = if count_m > CHECK_COUNT_M { PROBE_DUTY } else { check };
+    tuned.protection.probe_duty_max = tuned.protection.probe_duty_max.max(check).min(PROBE_DUTY);
+    if check_is_short(&tuned) {
+        allow_longest_check(&mut tuned);
+    }
     let protection = &mut tuned.protection;
-    protection.probe_duty_max = protection.probe_duty_max.max(check).min(PROBE_DUTY);
     let off_m = COUNTS_OFF * count_m;
     protection.following_error_m_max = protection.following_error_m_max.max(off_m).min(1.0);
     // No profile that the motors cannot follow.
@@ -142,17 +204,114 @@ pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64)
     tuned
 }
 
-/// The same with the feedforward of the acceleration that a drive has shown to be missing; `feedback_s2_per_m` is what the loop
-/// added, as a share of the nominal supply.
-pub fn refined(tuned: &Config, feedback_s2_per_m: WheelPair<f64>) -> Config {
+/// The robot holds the supply that it reckons with until it is off by a 64th. In the middle of what a drive takes it to, most
+/// drives change nothing. Rounded up, so that the same battery gives nearly the same number.
+fn rounded_supply_v(loaded_v: f64) -> f64 {
+    (loaded_v * SUPPLY_STEPS_PER_V).ceil() / SUPPLY_STEPS_PER_V
+}
+
+/// The same with what drives have shown to be missing in the feedforward, and with the nominal supply for which least is left
+/// that no feedforward explains: the robot changes the supply that it reckons with in steps.
+pub fn refined(tuned: &Config, shortfall: &Shortfall) -> Config {
     let mut refined = tuned.clone();
-    let nominal_v = tuned.feedforward.nominal_v();
+    let present_v = tuned.feedforward.nominal_v();
+    let FeedforwardConfig { left, right, .. } = tuned.feedforward;
+    let kv = WheelPair { left: left.kv_v_s_per_m, right: right.kv_v_s_per_m };
+    if tuned.protection.supply_v_min > 0.0
+        && let Some((lowest_v, highest_v)) = shortfall.nominal_supply_v()
+    {
+        let unexplained = |supply_v: f64| {
+            let missing = shortfall.missing_v(present_v, supply_v, kv);
+            [missing.left, missing.right]
+                .into_iter()
+                .flatten()
+                .map(|of| of.unexplained)
+                .sum::<f64>()
+        };
+        let steps =
+            [lowest_v, highest_v].map(|supply_v| (supply_v * SUPPLY_STEPS_PER_V).ceil() as u32);
+        let tried = (steps[0]..=steps[1]).map(|step| f64::from(step) / SUPPLY_STEPS_PER_V);
+        let best = tried.min_by(|a, b| unexplained(*a).total_cmp(&unexplained(*b)));
+        refined.feedforward.supply_v = best.unwrap_or(present_v);
+    }
+    let supply_v = refined.feedforward.nominal_v();
+    // Gains are shares of the supply: the same volts.
+    let PidConfig { kp_per_m, ki_per_m_s, kd_s_per_m } = &mut refined.pid;
+    for gain in [kp_per_m, ki_per_m_s, kd_s_per_m] {
+        *gain *= present_v / supply_v;
+    }
     // The measured speed is half a window old: this much is meant to come from the loop.
-    let meant_s2_per_m = 0.5 * SPEED_WINDOW_S * tuned.pid.kd_s_per_m;
+    let meant_v_s2_per_m = 0.5 * SPEED_WINDOW_S * tuned.pid.kd_s_per_m * present_v;
     let FeedforwardConfig { left, right, .. } = &mut refined.feedforward;
-    for (wheel, added) in [(left, feedback_s2_per_m.left), (right, feedback_s2_per_m.right)] {
-        let missing_v_s2_per_m = (added - meant_s2_per_m) * nominal_v;
-        wheel.ka_v_s2_per_m = (wheel.ka_v_s2_per_m + missing_v_s2_per_m).max(0.0);
+    let missing = shortfall.missing_v(present_v, supply_v, kv);
+    for (wheel, missing) in [(left, missing.left), (right, missing.right)] {
+        let Some(missing) = missing else { continue };
+        wheel.ks_forward_v = (wheel.ks_forward_v + missing.ks_forward).max(0.0);
+        wheel.ks_backward_v = (wheel.ks_backward_v + missing.ks_backward).max(0.0);
+        wheel.kv_v_s_per_m = (wheel.kv_v_s_per_m + missing.kv).max(0.0);
+        wheel.ka_v_s2_per_m = (wheel.ka_v_s2_per_m + missing.ka - meant_v_s2_per_m).max(0.0);
     }
     refined
+}
+
+/// Largest ki, as a share of kp \[1/s\]: what the encoder check leaves must not wind up the integral.
+///
+/// The check leaves a wheel a little ahead. Until the paper's profile has caught up with it, the integral takes up
+/// 2/3 of that distance times that time, and the wheel is then off by this, times ki / kp.
+fn integral_share_max_per_s(count_m: f64, wheel_radius_m: f64) -> f64 {
+    let ahead_m = (CHECK_COUNTS * count_m).max(CHECK_M);
+    let caught_up_s = (2.0 * ahead_m / following::paper_acceleration_mps2(wheel_radius_m)).sqrt();
+    let tolerated_m = (WOUND_UP_COUNTS * count_m).max(WOUND_UP_M);
+    tolerated_m / (2.0 / 3.0 * ahead_m * caught_up_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use shared_proto::{Config, Wheel};
+
+    use super::{
+        CheckFor, STALL_TIME_S_MAX, Shortfall, check_is_short, for_experiments,
+        integral_share_max_per_s, refined, rounded_supply_v,
+    };
+
+    /// A robot with such counts and motors.
+    fn config(counts_per_rev: f64, kv_v_s_per_m: f64) -> Config {
+        let mut config = Config::default();
+        config.protection.probe_duty_max = 0.5;
+        config.feedforward.left.kv_v_s_per_m = kv_v_s_per_m;
+        config.feedforward.right.kv_v_s_per_m = kv_v_s_per_m;
+        for wheel in Wheel::BOTH {
+            let encoder = config.encoder.get_mut(wheel);
+            (encoder.counts_per_rev, encoder.gear_reduction) = (counts_per_rev, 1.0);
+        }
+        config
+    }
+
+    #[test]
+    fn long_counts_bound_the_integral_more_than_fine_ones() {
+        let coarse = integral_share_max_per_s(0.015, 0.04);
+        assert!((0.02..0.3).contains(&coarse), "{coarse}");
+        let fine = integral_share_max_per_s(3e-5, 0.04);
+        assert!((0.5..5.0).contains(&fine), "{fine}");
+    }
+
+    #[test]
+    fn a_slow_motor_with_long_counts_gets_the_longest_encoder_check_and_no_other_robot() {
+        assert!(check_is_short(&config(15.0, 60.0)));
+        assert!(!check_is_short(&config(15.0, 12.0)));
+        assert!(!check_is_short(&config(2000.0, 60.0)));
+        let known = Config::default();
+        let first = for_experiments(&known, CheckFor { ks_v: 0.5, slower: 1.0 });
+        assert_eq!(first.protection.stall_time_s, known.protection.stall_time_s);
+        let slow = for_experiments(&known, CheckFor { ks_v: 0.5, slower: 4.0 });
+        assert_eq!(slow.protection.stall_time_s, STALL_TIME_S_MAX);
+        assert_eq!(slow.feedforward.left.kv_v_s_per_m, 4.0 * known.feedforward.left.kv_v_s_per_m);
+    }
+
+    #[test]
+    fn a_drive_that_tells_nothing_changes_nothing() {
+        let known = Config::default();
+        assert_eq!(refined(&known, &Shortfall::default()), known);
+        assert_eq!(rounded_supply_v(11.837), 11.85);
+    }
 }

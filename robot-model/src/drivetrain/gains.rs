@@ -88,6 +88,8 @@ pub struct LoopFacts {
     pub supply_v: f64,
     /// 1 for the stiffest loop that keeps the margin, less for a softer one.
     pub stiffness: f64,
+    /// Largest ki, as a share of kp \[1/s\].
+    pub integral_share_max_per_s: f64,
 }
 
 /// Why there are no gains.
@@ -145,7 +147,7 @@ pub fn design(model: &Drivetrain, facts: &LoopFacts) -> Result<Gains, GainsError
             if !keeps(&trial(best.map_or(0.0, |best| best.ki))) {
                 continue;
             }
-            let (mut low, mut high) = (0.0, kp * kp / kv);
+            let (mut low, mut high) = (0.0, kp * (kp / kv).min(facts.integral_share_max_per_s));
             for _ in 0..12 {
                 let middle = 0.5 * (low + high);
                 if keeps(&trial(middle)) { low = middle } else { high = middle }

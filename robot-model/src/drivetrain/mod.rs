@@ -30,10 +30,12 @@
 //! | `intervals.rs` | how sure are they? |
 //! | `load_disturbance.rs` | does a slope or a cable push the robot? |
 //! | `gains.rs` | which gains keep their margin with constants that are 30 % off? |
+//! | `feedforward.rs` | what is missing in a feedforward, by what the loop adds to it? |
 //! | `effect/` | which effects may motors have beyond (1)? |
 //! | `missing/` | which of them do these motors have? |
 
 pub mod effect;
+mod feedforward;
 mod fit;
 mod gains;
 mod intervals;
@@ -46,6 +48,7 @@ mod regression;
 mod tests;
 
 pub use effect::{MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, MotorRole};
+pub use feedforward::{Added, AddedTerms};
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
 pub use load_disturbance::LoadDisturbance;

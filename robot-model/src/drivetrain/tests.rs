@@ -121,6 +121,7 @@ const FACTS: LoopFacts = LoopFacts {
     meters_per_count: 2.5e-4,
     supply_v: 12.0,
     stiffness: 1.0,
+    integral_share_max_per_s: f64::INFINITY,
 };
 
 /// Largest travel error after a push of 1 V that begins at 0.2 s, early and at the end of 4 s \[m\], by time steps: a loop
@@ -192,6 +193,16 @@ fn a_coarse_encoder_and_a_wish_for_softness_make_the_loop_softer() {
     let soft = design(&model, &LoopFacts { meters_per_count: 1e-5, stiffness: 0.5, ..FACTS });
     let soft = soft.unwrap();
     assert!(soft.kp_v_per_m < 0.51 * fine.kp_v_per_m && soft.ms <= fine.ms + 0.05);
+}
+
+#[test]
+fn a_bound_on_the_integral_is_kept_with_as_stiff_a_proportional_gain() {
+    let model = drivetrain();
+    let free = design(&model, &FACTS).unwrap();
+    let bounded = design(&model, &LoopFacts { integral_share_max_per_s: 0.1, ..FACTS }).unwrap();
+    assert!(free.ki_v_per_m_s > 0.2 * free.kp_v_per_m, "{free:?}");
+    assert!(bounded.ki_v_per_m_s <= 0.1 * bounded.kp_v_per_m, "{bounded:?}");
+    assert!(bounded.kp_v_per_m >= free.kp_v_per_m && bounded.ms_worst <= 1.6, "{bounded:?}");
 }
 
 /// Largest distance from a trapezoid of speed \[m\], by time steps: the loop of [`pushed`] with feedforward, kF of its

@@ -6,10 +6,9 @@
 use std::fmt;
 use std::io;
 
+use crate::fault_in_words::FaultInWords;
 use crate::key_file_problem::KeyFileProblem;
-use shared_proto::{
-    Answer, Command, ConfigError, Fault, FaultReport, Hello, MotionError, Refusal, State,
-};
+use shared_proto::{Answer, Command, ConfigError, FaultReport, Hello, MotionError, Refusal, State};
 
 /// A result of the link.
 pub type Result<T> = std::result::Result<T, Error>;
@@ -310,33 +309,6 @@ impl fmt::Display for AfterCancel {
             Self::Unknown(error) => {
                 write!(f, "; it is not known whether the robot stands still: {error}")
             }
-        }
-    }
-}
-
-/// A fault in words: its name, its time, and the numbers that tell about it.
-pub struct FaultInWords<'a>(pub &'a FaultReport);
-
-impl fmt::Display for FaultInWords<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let FaultReport { fault, t_us, wheels, supply_mv, .. } = self.0;
-        write!(f, "{fault} at {:.3} s", *t_us as f64 * 1e-6)?;
-        let supply_v = f64::from(*supply_mv) * 1e-3;
-        match (fault, fault.wheel()) {
-            (_, Some(wheel)) => {
-                let wheel = wheels.get(wheel);
-                write!(
-                    f,
-                    " ({:.1} mm from its setpoint, at {:.3} m/s, duty {:.2}, supply {supply_v:.1} V)",
-                    f64::from(wheel.error_um.unsigned_abs()) * 1e-3,
-                    f64::from(wheel.speed_um_s) * 1e-6,
-                    f64::from(wheel.duty) / f64::from(i16::MAX),
-                )
-            }
-            (Fault::SupplyLow | Fault::SupplyHigh | Fault::Driver, None) => {
-                write!(f, " (supply {supply_v:.1} V)")
-            }
-            (_, None) => Ok(()),
         }
     }
 }

@@ -38,6 +38,7 @@ mod announcement;
 pub mod cancel;
 pub mod clock;
 pub mod error;
+pub mod fault_in_words;
 pub mod key_file;
 mod key_file_problem;
 pub mod lease;

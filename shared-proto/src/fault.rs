@@ -41,8 +41,8 @@ pub enum Fault {
     EncodersExchanged(Wheel),
     /// The supply is above `protection.supply_v_max`.
     SupplyHigh,
-    /// Driven from rest, the count did not change, or by a few counts only: they do not tell a motor without current from
-    /// a wheel that is held or an encoder without a plug.
+    /// Driven from rest, the count did not change, or by fewer counts than the encoder check or a motion needs: they do not
+    /// tell a motor without current from a wheel that is held or an encoder without a plug.
     NoResponse(Wheel),
 }
 
@@ -86,14 +86,16 @@ impl Fault {
     pub const fn remedy(self) -> &'static str {
         match self {
             Fault::FollowingError(_) => {
-                "with the duty at its limit, check motor wires, driver and battery; else drive slower, raise feedforward or pid gains, or raise protection.following_error_m_max"
+                "with the duty at its limit, check motor wires, driver and battery; else drive slower, raise protection.following_error_m_max, or let `beeline tune` set feedforward and gains"
             }
-            Fault::Stall(_) => "free the wheel; check motor wires and driver supply",
+            Fault::Stall(_) => {
+                "free the wheel; check motor wires and driver supply; a motor that nobody tuned: `beeline tune`"
+            }
             Fault::EncoderDead(_) => {
-                "check the encoder's plug, its supply and its two lines, and whether something jammed the wheel"
+                "check the encoder's plug, its supply and its two lines, the motor's wires, and whether something jammed the wheel; if all are well, counts_per_rev and gear_reduction"
             }
             Fault::NoResponse(_) => {
-                "check the motor's wires, the driver and its supply, the encoder's plug and supply, and whether the wheel turns freely by hand; before a motion, protection.probe_duty_max may be too low for this motor"
+                "check the motor's wires, the driver and its supply, the encoder's plug and supply, and whether the wheel turns freely by hand; if all are well, counts_per_rev and gear_reduction, and let `beeline tune` find what this motor needs"
             }
             Fault::EncoderReversed(Wheel::Left) => {
                 "swap the encoder's A and B, or set encoder.left.reversed; if the wheel rolled the wrong way, set motor.left.reversed instead"

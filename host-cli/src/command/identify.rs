@@ -1,6 +1,6 @@
 //! `beeline identify`: which robot it is, and its state.
 
-use host_link::error::FaultInWords;
+use host_link::fault_in_words::FaultInWords;
 use serde_json::json;
 use shared_proto::{ConfigOrigin, Identity, Status};
 

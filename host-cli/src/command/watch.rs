@@ -5,7 +5,7 @@
 use std::time::Duration;
 
 use host_link::Session;
-use host_link::error::FaultInWords;
+use host_link::fault_in_words::FaultInWords;
 use serde_json::json;
 use shared_proto::{Command, Event, Refusal, State, Telemetry};
 

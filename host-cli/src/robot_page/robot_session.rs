@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use host_link::address::Address;
-use host_link::error::FaultInWords;
+use host_link::fault_in_words::FaultInWords;
 use host_link::motion::Motion;
 use host_link::session::LEASE;
 use host_link::{Cancel, Error, Session, key_file};

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use host_link::error::FaultInWords;
+use host_link::fault_in_words::FaultInWords;
 use shared_proto::{Event, FaultReport, MotionEnd, State};
 
 /// So many of the last events are shown.

@@ -300,7 +300,7 @@ mod tests {
 
     #[test]
     fn a_slow_motor_with_long_counts_gets_the_longest_encoder_check_and_no_other_robot() {
-        assert!(check_is_short(&config(15.0, 60.0)));
+        assert!(check_is_short(&config(15.0, 80.0)));
         assert!(!check_is_short(&config(15.0, 12.0)));
         assert!(!check_is_short(&config(2000.0, 60.0)));
         let known = Config::default();

@@ -195,9 +195,7 @@ impl Tuner<'_> {
         }
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
-        if fit.constants.load_disturbance().is_some_and(|push| !push.held) {
-            return Err(rest::rolls_by_itself());
-        }
+        let pushed = is_pushed(&fit)?;
 
         let counts_m = self.original.encoder.map(|e| self.original.meters_per_count(&e));
         let meters_per_count = counts_m.left.max(counts_m.right);
@@ -207,7 +205,8 @@ impl Tuner<'_> {
             let gains = settings::design(self.original, &fit, supply_v, stiffness)?;
             progress(Progress::Trying(&gains));
             let tuned = settings::tuned(self.original, &fit, &gains, supply_v, loaded_v);
-            let (tuned, after) = self.try_settings(tuned, meters_per_count, progress).await?;
+            let (tuned, after) =
+                self.try_settings(tuned, pushed, meters_per_count, progress).await?;
             match after {
                 DriveOutcome::Followed(after)
                     if after.is_better_than(&before, meters_per_count) =>
@@ -263,6 +262,14 @@ impl Tuner<'_> {
             return Err(error.into());
         }
         Ok(())
+    }
+}
+
+/// Whether a slope or a cable pushes the robot; an error if its friction does not hold it.
+fn is_pushed(fit: &DrivetrainFit) -> Result<bool> {
+    match fit.constants.load_disturbance() {
+        Some(push) if !push.held => Err(rest::rolls_by_itself()),
+        push => Ok(push.is_some()),
     }
 }
 

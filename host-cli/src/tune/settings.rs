@@ -211,8 +211,9 @@ fn rounded_supply_v(loaded_v: f64) -> f64 {
 }
 
 /// The same with what drives have shown to be missing in the feedforward, and with the nominal supply for which least is left
-/// that no feedforward explains: the robot changes the supply that it reckons with in steps.
-pub fn refined(tuned: &Config, shortfall: &Shortfall) -> Config {
+/// that no feedforward explains: the robot changes the supply that it reckons with in steps. If the robot is pushed, friction is
+/// what both directions lack.
+pub fn refined(tuned: &Config, shortfall: &Shortfall, pushed: bool) -> Config {
     let mut refined = tuned.clone();
     let present_v = tuned.feedforward.nominal_v();
     let FeedforwardConfig { left, right, .. } = tuned.feedforward;
@@ -246,8 +247,10 @@ pub fn refined(tuned: &Config, shortfall: &Shortfall) -> Config {
     let missing = shortfall.missing_v(present_v, supply_v, kv);
     for (wheel, missing) in [(left, missing.left), (right, missing.right)] {
         let Some(missing) = missing else { continue };
-        wheel.ks_forward_v = (wheel.ks_forward_v + missing.ks_forward).max(0.0);
-        wheel.ks_backward_v = (wheel.ks_backward_v + missing.ks_backward).max(0.0);
+        let mean_v = 0.5 * (missing.ks_forward + missing.ks_backward);
+        let of_direction = |missing_v: f64| if pushed { mean_v } else { missing_v };
+        wheel.ks_forward_v = (wheel.ks_forward_v + of_direction(missing.ks_forward)).max(0.0);
+        wheel.ks_backward_v = (wheel.ks_backward_v + of_direction(missing.ks_backward)).max(0.0);
         wheel.kv_v_s_per_m = (wheel.kv_v_s_per_m + missing.kv).max(0.0);
         wheel.ka_v_s2_per_m = (wheel.ka_v_s2_per_m + missing.ka - meant_v_s2_per_m).max(0.0);
     }
@@ -297,7 +300,7 @@ mod tests {
 
     #[test]
     fn a_slow_motor_with_long_counts_gets_the_longest_encoder_check_and_no_other_robot() {
-        assert!(check_is_short(&config(15.0, 60.0)));
+        assert!(check_is_short(&config(15.0, 80.0)));
         assert!(!check_is_short(&config(15.0, 12.0)));
         assert!(!check_is_short(&config(2000.0, 60.0)));
         let known = Config::default();
@@ -311,7 +314,7 @@ mod tests {
     #[test]
     fn a_drive_that_tells_nothing_changes_nothing() {
         let known = Config::default();
-        assert_eq!(refined(&known, &Shortfall::default()), known);
+        assert_eq!(refined(&known, &Shortfall::default(), false), known);
         assert_eq!(rounded_supply_v(11.837), 11.85);
     }
 }

@@ -27,10 +27,11 @@ impl Tuner<'_> {
 
     /// Drives fast forwards with these settings. Where the robot does not follow as closely as its encoders can tell, it drives
     /// back as fast, and forwards once more with the feedforward that these drives have shown to be missing. With what drove
-    /// best, it drives slowly back. Returns that; the robot has it.
+    /// best, it drives slowly back. Returns that; the robot has it. `pushed`: a slope or a cable pushes it.
     pub(super) async fn try_settings(
         &mut self,
         tuned: Config,
+        pushed: bool,
         meters_per_count: f64,
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(Config, Outcome)> {
@@ -51,7 +52,7 @@ impl Tuner<'_> {
                 break;
             }
             progress(Progress::Doing("the same with a better feedforward"));
-            let refined = settings::refined(&config, &both.shortfall);
+            let refined = settings::refined(&config, &both.shortfall, pushed);
             self.session.write_config(&refined).await?;
             let mut again = Drives::default();
             let fault = self.drive(&mut again, &refined, FAST).await?;

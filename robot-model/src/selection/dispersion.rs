@@ -171,17 +171,12 @@ pub(crate) fn spread(
     let own_share = (0..e.len())
         .map(|j| total[(j, j)] / equations.total.gram[(e[j], e[j])].max(f64::MIN_POSITIVE))
         .fold(0.0, f64::max);
+    // Where the folds do not tell how much their scores scatter.
+    let untold =
+        Spread { raw: 1.0, freedom: 0.0, own_share, touched, better, shown_by, one_run_alone };
     let ridge = total.diagonal().max() * 1e-9 + f64::MIN_POSITIVE;
     let Some(factor) = (total + DMatrix::identity(e.len(), e.len()) * ridge).cholesky() else {
-        return Spread {
-            raw: 1.0,
-            freedom: 0.0,
-            own_share,
-            touched,
-            better,
-            shown_by,
-            one_run_alone,
-        };
+        return untold;
     };
     let (mut sum, mut shares, mut squared_shares) = (0.0, 0.0, 0.0);
     for Score { of: score, covariance, .. } in &scores {
@@ -191,21 +186,13 @@ pub(crate) fn spread(
         squared_shares += share * share;
     }
     if squared_shares <= 0.0 {
-        return Spread {
-            raw: 1.0,
-            freedom: 0.0,
-            own_share,
-            touched,
-            better,
-            shown_by,
-            one_run_alone,
-        };
+        return untold;
     }
     // Effective number of folds that hold information about it; the fit uses up one of them.
     let folds = shares * shares / squared_shares;
     let freedom = (folds - 1.0).max(0.0);
     let raw = if freedom > 0.0 { sum / q * folds / freedom } else { 1.0 };
-    Spread { raw, freedom, own_share, touched, better, shown_by, one_run_alone }
+    Spread { raw, freedom, ..untold }
 }
 
 /// The score of an effect in one run, and its covariance.

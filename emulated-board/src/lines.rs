@@ -26,13 +26,23 @@ pub enum LineFault {
     Floats(Line),
 }
 
+impl LineFault {
+    /// The line.
+    fn line(self) -> Line {
+        match self {
+            LineFault::Stuck { line, .. } | LineFault::Floats(line) => line,
+        }
+    }
+}
+
 /// Counts that the pins may be behind.
 const BEHIND_MAX: u64 = 8;
 
 /// The lines of both encoders.
 #[derive(Debug)]
 pub(crate) struct EncoderLines {
-    faults: WheelPair<Option<LineFault>>,
+    /// Of each line its own: a second one does not mend the first.
+    faults: WheelPair<[Option<LineFault>; 2]>,
     /// The levels have changed although the wheel may stand.
     renew: WheelPair<bool>,
     /// The count that the pins show: one further at every look at most. A count that jumps a little, as by
@@ -44,7 +54,7 @@ pub(crate) struct EncoderLines {
 impl Default for EncoderLines {
     fn default() -> Self {
         Self {
-            faults: WheelPair::both(None),
+            faults: WheelPair::both([None; 2]),
             renew: WheelPair::both(false),
             shown: WheelPair::both(0),
             noise: 1,
@@ -53,15 +63,20 @@ impl Default for EncoderLines {
 }
 
 impl EncoderLines {
+    /// Breaks one of the lines, or mends both.
     pub fn set(&mut self, wheel: Wheel, fault: Option<LineFault>) {
-        *self.faults.get_mut(wheel) = fault;
+        let faults = self.faults.get_mut(wheel);
+        match fault {
+            None => *faults = [None; 2],
+            Some(fault) => faults[fault.line() as usize] = Some(fault),
+        }
         *self.renew.get_mut(wheel) = true;
     }
 
     /// The pins' levels on the way to a count, if they may have changed. Line A leads while the count rises.
     pub fn levels(&mut self, wheel: Wheel, count: i64) -> Option<[Level; 2]> {
         let shown = self.shown.get_mut(wheel);
-        let (fault, step) = (*self.faults.get(wheel), (count - *shown).signum());
+        let (faults, step) = (*self.faults.get(wheel), (count - *shown).signum());
         *shown += step;
         // Whole periods that are far behind are let go: no decoder sees them.
         if shown.abs_diff(count) > BEHIND_MAX {
@@ -74,16 +89,17 @@ impl EncoderLines {
             _ => [Level::Low, Level::High],
         };
         let renew = std::mem::take(self.renew.get_mut(wheel));
-        let floats = matches!(fault, Some(LineFault::Floats(_)));
+        let floats = faults.iter().any(|fault| matches!(fault, Some(LineFault::Floats(_))));
         if step == 0 && !renew && !floats {
             return None;
         }
-        let (line, high) = match fault {
-            None => return Some(levels),
-            Some(LineFault::Stuck { line, high }) => (line, high),
-            Some(LineFault::Floats(line)) => (line, self.toss()),
-        };
-        levels[line as usize] = if high { Level::High } else { Level::Low };
+        for fault in faults.into_iter().flatten() {
+            let high = match fault {
+                LineFault::Stuck { high, .. } => high,
+                LineFault::Floats(_) => self.toss(),
+            };
+            levels[fault.line() as usize] = if high { Level::High } else { Level::Low };
+        }
         Some(levels)
     }
 
@@ -91,5 +107,23 @@ impl EncoderLines {
     fn toss(&mut self) -> bool {
         self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
         self.noise >> 63 != 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_second_line_that_breaks_does_not_mend_the_first() {
+        let mut lines = EncoderLines::default();
+        let of = |line, high| Some(LineFault::Stuck { line, high });
+        lines.set(Wheel::Left, of(Line::B, true));
+        lines.set(Wheel::Left, of(Line::A, false));
+        for count in 1..9 {
+            assert_eq!(lines.levels(Wheel::Left, count), Some([Level::Low, Level::High]));
+        }
+        lines.set(Wheel::Left, None);
+        assert_eq!(lines.levels(Wheel::Left, 9), Some([Level::High, Level::Low]));
     }
 }

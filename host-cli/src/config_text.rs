@@ -60,7 +60,7 @@ fn place_of(file: &Path, text: &str, field: &str) -> Place {
 
 fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
     Error::new(what).hint(match error {
-        ConfigError::OutOfRange { .. } => "values are in SI units: metres, seconds, volts",
+        ConfigError::OutOfRange { .. } => range_hint(field_of(error)),
         ConfigError::DistancePerCount { .. } => {
             "change the three together, with `beeline config import`"
         }
@@ -71,6 +71,22 @@ fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
             "with `beeline config set driver.at_fault off` the driver does what it does when it is off"
         }
     })
+}
+
+/// What somebody may have meant whose value of this field is out of its range.
+fn range_hint(path: &str) -> &'static str {
+    let last = path.rsplit('.').next().unwrap_or(path);
+    let unit =
+        Config::FIELDS.iter().find(|field| field.path == path).map_or("", |field| field.unit);
+    match (last, unit) {
+        ("counts_per_rev", _) => {
+            "count every edge of both lines per turn of the encoder's own shaft: four times the pulses (PPR) of its data sheet; the gear goes into gear_reduction"
+        }
+        ("gear_reduction", _) => "turns of the motor's shaft for one of the wheel: 43.7 for 43.7:1",
+        ("duty_max" | "probe_duty_max", _) => "a share of full duty: 0.25 is a quarter",
+        (_, "") => "a plain number, without a unit",
+        _ => "values are in SI units: metres, seconds, volts",
+    }
 }
 
 /// The configuration as a tree of tables.

@@ -41,8 +41,8 @@ pub enum Fault {
     EncodersExchanged(Wheel),
     /// The supply is above `protection.supply_v_max`.
     SupplyHigh,
-    /// Driven from rest, the count did not change, or by fewer counts than the encoder check or a motion needs: they do not
-    /// tell a motor without current from a wheel that is held or an encoder without a plug.
+    /// The count does not change although the wheel is driven, and what it did before does not tell a motor without current
+    /// from a wheel that is held or an encoder without a plug: it had hardly begun to turn, or turned slowly.
     NoResponse(Wheel),
 }
 
@@ -86,7 +86,7 @@ impl Fault {
     pub const fn remedy(self) -> &'static str {
         match self {
             Fault::FollowingError(_) => {
-                "with the duty at its limit, check motor wires, driver and battery; else drive slower, raise protection.following_error_m_max, or let `beeline tune` set feedforward and gains"
+                "with the duty at its limit, check motor wires, driver, battery, counts_per_rev and gear_reduction; else drive slower, raise protection.following_error_m_max, or let `beeline tune` set feedforward and gains"
             }
             Fault::Stall(_) => {
                 "free the wheel; check motor wires and driver supply; a motor that nobody tuned: `beeline tune`"

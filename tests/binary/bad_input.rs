@@ -68,6 +68,31 @@ fn a_value_that_is_no_value_of_its_field_is_refused() {
 }
 
 #[test]
+fn a_value_out_of_range_says_what_somebody_may_have_meant() {
+    let temp = TempFolder::new();
+    for (change, meant) in [
+        ("encoder.left.counts_per_rev 0.5", "four times the pulses (PPR)"),
+        ("encoder.left.gear_reduction 0", "43.7 for 43.7:1"),
+        ("protection.probe_duty_max 25", "0.25 is a quarter"),
+        ("geometry.wheel_weight 9", "without a unit"),
+        ("geometry.wheel_radius_m 36", "SI units"),
+    ] {
+        let message = temp.run(&format!("config set {change}")).refused();
+        assert!(message.contains(meant), "{change}: {message}");
+    }
+}
+
+#[test]
+fn counts_that_get_so_long_that_little_is_seen_of_them_are_said() {
+    let temp = TempFolder::new();
+    let warned = |change: &str| {
+        temp.run(&format!("config set {change}")).ok().stderr.contains("one count is 14 mm")
+    };
+    assert!(warned("encoder.left.counts_per_rev 16"));
+    assert!(!warned("geometry.wheel_weight 1.01"));
+}
+
+#[test]
 fn a_distance_per_count_that_no_robot_has_is_refused() {
     let temp = TempFolder::new();
     let fine = EncoderConfig { counts_per_rev: 1e6, gear_reduction: 1000.0, reversed: false };

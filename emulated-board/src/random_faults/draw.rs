@@ -69,6 +69,8 @@ pub struct Case {
     pub config: Option<Config>,
     /// What the host commands.
     pub motion: Motion,
+    /// The cruise lasts this long \[s\].
+    pub cruise_s: f64,
     /// When the first fault happens.
     pub phase: Phase,
     /// How long after that phase's beginning \[us\].
@@ -79,8 +81,11 @@ pub struct Case {
     pub second: Option<(FaultKind, u64)>,
 }
 
-/// The cruise lasts this long \[s\].
-pub const CRUISE_S: f64 = 0.25;
+/// The cruise lasts this long, and that of a robot that crawls: it has to get somewhere \[s\].
+const CRUISE_S: f64 = 0.25;
+const CRAWLS_S: f64 = 0.8;
+/// Of so many cases the robot crawls in one: its wheels then stand within a count or two, whatever stops them.
+const CRAWLS: u64 = 4;
 
 /// The supply's limits of the factory configuration \[V\], and the lower one of a robot with a weak battery.
 const SUPPLY_V_MAX: f64 = 18.5;
@@ -94,9 +99,11 @@ impl Case {
         let rng = &mut rng;
         let (scenario, config) = robot(rng);
         let supply_v = scenario.plant.supply.open_circuit_v;
-        let motion = motion(rng, supply_v);
+        let crawls = index % CRAWLS == CRAWLS / 2;
+        let cruise_s = if crawls { CRAWLS_S } else { CRUISE_S };
+        let motion = motion(rng, supply_v, crawls);
         let phase = Phase::ALL[rng.random_range(0..Phase::ALL.len())];
-        let delay_us = delay_us(rng, phase, &motion);
+        let delay_us = delay_us(rng, phase, &motion, cruise_s);
         let supply_v_min = config.as_ref().unwrap_or(&Config::default()).protection.supply_v_min;
         let supply = (supply_v, supply_v_min);
         let first = kind(rng, phase, supply);
@@ -104,7 +111,7 @@ impl Case {
             .random_bool(0.25)
             .then(|| (kind(rng, phase, supply), rng.random_range(0..60_000)))
             .filter(|(second, _)| may_follow(*second, first));
-        Self { seed, index, scenario, config, motion, phase, delay_us, first, second }
+        Self { seed, index, scenario, config, motion, cruise_s, phase, delay_us, first, second }
     }
 
     /// The command that runs this case alone.
@@ -135,10 +142,17 @@ fn robot(rng: &mut ChaCha8Rng) -> (Scenario, Option<Config>) {
 }
 
 /// Ahead, back, on the spot, or along an arc; within what the supply allows.
-fn motion(rng: &mut ChaCha8Rng, supply_v: f64) -> Motion {
-    let cruise = rng.random_range(0.05..if supply_v < 11.0 { 0.22 } else { 0.35 });
-    let acceleration = rng.random_range(0.4..1.0);
-    let distance = cruise * cruise / acceleration + cruise * CRUISE_S;
+fn motion(rng: &mut ChaCha8Rng, supply_v: f64, crawls: bool) -> Motion {
+    let mut cruise = rng.random_range(0.05..if supply_v < 11.0 { 0.22 } else { 0.35 });
+    let mut acceleration = rng.random_range(0.4..1.0);
+    let mut cruise_s = CRUISE_S;
+    if crawls {
+        // 8 to 60 mm/s, reached in 0.25 to 1.5 s.
+        cruise = rng.random_range(0.008..0.06);
+        acceleration = cruise / rng.random_range(0.25..1.5);
+        cruise_s = CRAWLS_S;
+    }
+    let distance = cruise * cruise / acceleration + cruise * cruise_s;
     let inner = rng.random_range(0.6..1.0) * distance;
     let distance = match rng.random_range(0..8) {
         0..4 => WheelPair::both(distance),
@@ -151,7 +165,7 @@ fn motion(rng: &mut ChaCha8Rng, supply_v: f64) -> Motion {
 }
 
 /// A delay within the phase.
-fn delay_us(rng: &mut ChaCha8Rng, phase: Phase, motion: &Motion) -> u64 {
+fn delay_us(rng: &mut ChaCha8Rng, phase: Phase, motion: &Motion, cruise_s: f64) -> u64 {
     let ramp_us = (motion.ramp_s() * 1e6) as u64;
     let most_us = match phase {
         Phase::Boot => 25_000,
@@ -161,7 +175,7 @@ fn delay_us(rng: &mut ChaCha8Rng, phase: Phase, motion: &Motion) -> u64 {
         Phase::Waiting => 200_000,
         Phase::Check => 400_000,
         Phase::Acceleration | Phase::Deceleration => ramp_us,
-        Phase::Cruise => (CRUISE_S * 1e6) as u64,
+        Phase::Cruise => (cruise_s * 1e6) as u64,
         Phase::Standing | Phase::Latched => 100_000,
         Phase::Stopping => ramp_us.min(200_000),
     };

@@ -3,7 +3,7 @@
 use shared_proto::{Fault, Wheel, WheelPair};
 
 use super::bound::{MotorsOff, Name};
-use super::draw::{CRUISE_S, Case, Phase};
+use super::draw::{Case, Phase};
 use super::observed::{Happened, Timeline};
 
 /// What the robot was doing.
@@ -53,6 +53,9 @@ pub struct FaultInstant {
 const SHOWN_M: f64 = 0.004;
 /// Four counts of the bench's encoders and parts of two: so few do not tell what is at fault \[m\].
 const FEW_COUNTS_M: f64 = 6.0 * 0.25e-3;
+/// A wheel as slow as this may stand within three counts when its motor loses a lead: 62 mm/s over the last three counts, and
+/// what it speeds up meanwhile \[m/s\].
+const SLOW_MPS: f64 = 0.075;
 /// The stall time, and a look at it \[ms\].
 const STALL_MS: f64 = 70.0;
 /// The times of the host's looks at the robot, ticks of planning, and a settled wheel's 250 ms \[ms\].
@@ -166,11 +169,12 @@ impl FaultInstant {
         }
     }
 
-    /// Whether the wheel stands, and is driven from rest next; or its count has changed only by a few since it was.
-    pub fn has_hardly_turned(&self, wheel: Wheel) -> bool {
+    /// Whether its counts do not tell why they end: the wheel stands, and is driven from rest next; or its count has changed
+    /// only by a few since it was; or it is slow.
+    pub fn counts_tell_nothing(&self, wheel: Wheel) -> bool {
         let stands = self.moves_later && self.shown_ms.is_none();
         let turns = self.situation == Situation::Moving && !stands;
-        !turns || *self.turned_m.get(wheel) < FEW_COUNTS_M
+        !turns || *self.turned_m.get(wheel) < FEW_COUNTS_M || *self.speed_mps.get(wheel) < SLOW_MPS
     }
 
     /// For what is looked at while the robot is armed.
@@ -248,6 +252,7 @@ struct Progress {
     begin_us: f64,
     cruise_mps: f64,
     ramp_s: f64,
+    cruise_s: f64,
     /// The wheels' shares of the speed.
     shares: WheelPair<f64>,
     stop_us: Option<f64>,
@@ -266,6 +271,7 @@ impl Progress {
             begin_us: begin_us as f64,
             cruise_mps: case.motion.cruise,
             ramp_s: case.motion.ramp_s(),
+            cruise_s: case.cruise_s,
             shares: distance.map(|m| m / longest),
             stop_us: stop_us.map(|us| us as f64),
         }
@@ -274,12 +280,12 @@ impl Progress {
     fn end_us(&self) -> f64 {
         match self.stop_us {
             Some(us) => us + self.cruise_mps / STOP_MPS2 * 1e6,
-            None => self.begin_us + (2.0 * self.ramp_s + CRUISE_S) * 1e6,
+            None => self.begin_us + (2.0 * self.ramp_s + self.cruise_s) * 1e6,
         }
     }
 
     fn brakes_us(&self) -> f64 {
-        self.stop_us.unwrap_or(self.begin_us + (self.ramp_s + CRUISE_S) * 1e6)
+        self.stop_us.unwrap_or(self.begin_us + (self.ramp_s + self.cruise_s) * 1e6)
     }
 
     fn wheels_mps(&self, at_us: f64) -> WheelPair<f64> {

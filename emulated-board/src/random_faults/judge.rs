@@ -66,7 +66,12 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
             MotorsOff::NotNeeded => 0.0,
         })
         .fold(0.0, f64::max);
+    let names = names(observed);
     for (happened, (promise, driven)) in observed.happened.iter().zip(&promises) {
+        // A core that stood until the motors were switched on: nothing was missed, and whether that may be is asked below.
+        if matches!(happened.kind, FaultKind::CoreStands(_)) && names[..] == [Name::Harmless] {
+            continue;
+        }
         let own_ms = if happened.kind.is_of_the_program() { 0.0 } else { delay_ms };
         let late = match promise.bound {
             MotorsOff::NotNeeded => false,
@@ -82,7 +87,6 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
             ));
         }
     }
-    let names = names(observed);
     let mut allowed = allowed(&promises);
     if let [first, second] = observed.happened[..] {
         allowed.extend(both(first.kind, second.kind));

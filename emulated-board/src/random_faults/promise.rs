@@ -155,10 +155,10 @@ fn pushed(ms: f64, moving: bool) -> MotorsOff {
     MotorsOff::Within(if moving { ms } else { ms.max(CHECK_MS) })
 }
 
-/// What a wheel or count that stands is called: whatever it is, no response if it stands from the first few counts on.
+/// What a wheel or count that stands is called: whatever it is, no response if the counts before it do not tell.
 fn stands(wheel: Wheel, faults: &[Fault], instant: &FaultInstant) -> Vec<Name> {
     let mut names: Vec<Name> = faults.iter().copied().map(Name::Fault).collect();
-    if instant.has_hardly_turned(wheel) {
+    if instant.counts_tell_nothing(wheel) {
         names.push(Name::Fault(Fault::NoResponse(wheel)));
     }
     names

@@ -10,7 +10,7 @@ use host_link::session::Session;
 use shared_proto::{Command, Drive, Event, MotionId, State};
 use sim_target::{now_us, sleep_until_us};
 
-use super::draw::{CRUISE_S, Case, Phase};
+use super::draw::{Case, Phase};
 use super::fault_injection::{Host, World};
 use super::fault_instant::HELLO_US;
 use super::observed::Timeline;
@@ -162,7 +162,7 @@ impl Script<'_> {
         if now_us() >= cruise_us {
             self.mark(Phase::Cruise);
         }
-        if now_us() >= cruise_us + (CRUISE_S * 1e6) as u64 {
+        if now_us() >= cruise_us + (self.case.cruise_s * 1e6) as u64 {
             self.mark(Phase::Deceleration);
         }
         if now_us() < cruise_us + INTO_CRUISE_US || self.due_us.get().is_some() {

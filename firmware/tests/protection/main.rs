@@ -116,9 +116,14 @@ fn a_wheel_at_rest_that_somebody_pushes_is_no_reversed_encoder() {
 #[test]
 fn an_encoder_that_dies_at_a_crawl_is_named_long_before_the_following_error_is_used_up() {
     let drive = metres(0.3, 0.3, 0.01, 0.1);
-    for mishap in [Mishap::EncoderUnplugged, Mishap::LineStuck] {
+    // Of so slow a wheel a pulled plug leaves the same counts as a cut lead does.
+    let left = Wheel::Left;
+    for (mishap, named) in [
+        (Mishap::EncoderUnplugged, Fault::NoResponse(left)),
+        (Mishap::LineStuck, Fault::EncoderDead(left)),
+    ] {
         let (fault, after_ms) = run(&Config::default(), &[drive], mishap, 5000, 0).unwrap();
-        assert_eq!(fault, Fault::EncoderDead(Wheel::Left), "{mishap:?}");
+        assert_eq!(fault, named, "{mishap:?}");
         // The setpoint takes 200 ms for the 2 mm that are waited for, after a count's 25 ms at most; a line
         // that is left may count twice before it counts back.
         assert!((175..=255).contains(&after_ms), "{mishap:?}: {after_ms}");
@@ -177,7 +182,7 @@ fn a_plug_that_is_pulled_or_a_lead_that_is_cut_at_the_first_counts_is_no_respons
         run(&config, &[drive], mishap, mishap_ms, 250).map(|(fault, _)| fault).unwrap()
     };
     let (mut few, mut more) = (0, 0);
-    for mishap_ms in 20..80 {
+    for mishap_ms in 20..110 {
         for (mishap, later) in [
             (Mishap::EncoderUnplugged, Fault::EncoderDead(Wheel::Left)),
             (Mishap::LeadCut, Fault::Stall(Wheel::Left)),
@@ -187,15 +192,49 @@ fn a_plug_that_is_pulled_or_a_lead_that_is_cut_at_the_first_counts_is_no_respons
             let is_few = fault == Fault::NoResponse(Wheel::Left);
             assert!(is_few || fault == later, "{mishap:?} at {mishap_ms}: {fault}");
             // 4 counts are 0.94 mm: the setpoint's after 49 ms. Without current the wheel rolls on for a count or two.
-            let surely_ms = if matches!(mishap, Mishap::LeadCut) { 35 } else { 45 };
+            // Up to 62 mm/s a plug is not told from a lead: 80 ms, and three counts for the mean.
+            let [surely_ms, at_most_ms] = match mishap {
+                Mishap::LeadCut => [35, 70],
+                _ => [45, 95],
+            };
             assert!(is_few || mishap_ms > surely_ms, "{mishap:?} at {mishap_ms}: {fault}");
-            assert!(!is_few || mishap_ms < 70, "{mishap:?} at {mishap_ms}: {fault}");
+            assert!(!is_few || mishap_ms < at_most_ms, "{mishap:?} at {mishap_ms}: {fault}");
             few += u32::from(is_few);
             more += u32::from(!is_few);
         }
     }
     println!("{few} of {} by few counts", few + more);
-    assert!(few > 40 && more > 10);
+    assert!(few > 60 && more > 30);
+}
+
+#[test]
+fn a_lead_that_is_cut_at_a_crawl_is_no_dead_encoder_and_a_plug_pulled_at_the_papers_cruise_is_one()
+{
+    let (mut slow, mut stalls) = (0, 0);
+    for counts in [905.0, 2797.0, 20_000.0] {
+        let mut config = Config::default();
+        config.encoder.left.counts_per_rev = counts;
+        config.encoder.right.counts_per_rev = counts;
+        for cruise in [0.005, 0.01, 0.02, 0.03, 0.04, 0.05, 0.07, 0.09, 0.118] {
+            let drive = metres(0.5 * cruise + 0.1, 0.5 * cruise + 0.1, cruise, 0.1);
+            for mishap_ms in (1300..1350).step_by(7) {
+                let cut = run(&config, &[drive], Mishap::LeadCut, mishap_ms, 500);
+                let pulled = run(&config, &[drive], Mishap::EncoderUnplugged, mishap_ms, 500);
+                let (cut, pulled) = (cut.unwrap().0, pulled.unwrap().0);
+                let at = format!("{counts} counts, {cruise} m/s, {mishap_ms} ms");
+                match cut {
+                    Fault::NoResponse(Wheel::Left) => slow += 1,
+                    Fault::Stall(Wheel::Left) => stalls += 1,
+                    _ => panic!("lead cut: {cut}, {at}"),
+                }
+                let dead = pulled == Fault::EncoderDead(Wheel::Left);
+                let honest = pulled == Fault::NoResponse(Wheel::Left) && cruise < 0.07;
+                assert!(dead || honest, "pulled: {pulled}, {at}");
+            }
+        }
+    }
+    println!("of the cut leads {slow} by no response, {stalls} by a stall");
+    assert!(slow > 20 && stalls > 100);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use crate::cli::{Common, ConfigCommand};
 use crate::config_text::{flatten, get, leaves, parse, set, to_value};
 use crate::error::{Context, Error, Result};
 use crate::port::with_robot;
+use crate::tune::{COARSE_M, longer_count_m};
 use crate::ui::{note, say, say_text, tell, warn};
 use campaign::bounded_read::read_keys;
 use campaign::file::{is_special, write_whole};
@@ -82,6 +83,7 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
             "a simulated robot and its unsaved changes end with the command; add --save --flash FILE",
         );
     }
+    warn_if_coarse(&before, &after);
     let (before, after) = (flatten(&before)?, flatten(&after)?);
     let changed = || before.iter().zip(&after).filter(|(old, new)| old != new);
     if common.json {
@@ -100,6 +102,17 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
         (_, true) => "written, read back and saved",
     });
     Ok(())
+}
+
+/// Of counts so long that the encoder check and the protection see little: said when they get so.
+fn warn_if_coarse(before: &Config, after: &Config) {
+    let (before_m, after_m) = (longer_count_m(before), longer_count_m(after));
+    if after_m > COARSE_M && after_m > before_m {
+        warn(format_args!(
+            "one count is {:.0} mm of travel now: a wheel has to turn four before protection and encoder check see that it does; is counts_per_rev every edge of both lines, and gear_reduction the gear between encoder and wheel?",
+            after_m * 1e3
+        ));
+    }
 }
 
 fn warn_if_it_forgets(common: &Common) {

@@ -71,7 +71,9 @@ pub(super) fn clear(common: &Common) -> Result<()> {
     })?;
     let fault = cleared.map(|report| report.fault.to_string());
     let line = match &fault {
-        Some(fault) => format!("cleared: {fault}"),
+        Some(fault) => {
+            format!("cleared: {fault}; if its cause is still there, the next motion finds it again")
+        }
         None => "no fault is latched".into(),
     };
     tell(common.json, json!({ "cleared": fault }), line);

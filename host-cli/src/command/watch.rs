@@ -51,6 +51,10 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
     if !common.json {
         say(paint(DIM, Column::heads(columns)));
     }
+    // What was latched before is no event any more.
+    if let Some(report) = session.status().await?.fault {
+        show_event(common, &Event::Fault(report));
+    }
     let start_us = session.clock().now_us();
     let mut checked_us = start_us;
     let mut shown_us = 0_u64;

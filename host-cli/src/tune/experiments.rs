@@ -76,7 +76,7 @@ const fn check_for(ks_v: f64, slower: f64) -> CheckFor {
 }
 
 /// A longer count may be too few of them for the encoder check, which gives slow motors about a second for three \[m\].
-const COARSE_M: f64 = 0.005;
+pub const COARSE_M: f64 = 0.005;
 /// Share of the supply that is used.
 const SUPPLY_SHARE: f64 = 0.9;
 
@@ -394,8 +394,8 @@ impl<'a> Experiments<'a> {
     /// Takes the next try of the encoder check: friction that nobody knows looks like a wheel that is blocked, and so does a slow
     /// motor whose counts are long. None is left if false.
     fn check_again(&mut self, fault: Fault) -> bool {
-        let can_be_slow =
-            count_m(self.config) > settings::CHECK_COUNT_M && matches!(fault, Fault::Stall(_));
+        let can_be_slow = longer_count_m(self.config) > settings::CHECK_COUNT_M
+            && matches!(fault, Fault::NoResponse(_));
         let next = self.check + 1;
         let of_slow = next.checked_sub(CHECKS.len()).and_then(|next| CHECKS_OF_SLOW.get(next));
         if CHECKS.get(next).or(of_slow.filter(|_| can_be_slow)).is_none() {
@@ -445,14 +445,14 @@ impl<'a> Experiments<'a> {
 }
 
 /// The longer count of both encoders \[m\].
-fn count_m(config: &Config) -> f64 {
+pub fn longer_count_m(config: &Config) -> f64 {
     let counts_m = config.encoder.map(|encoder| config.meters_per_count(&encoder));
     counts_m.left.max(counts_m.right)
 }
 
 /// What to say of a fault that the encoder check may have raised because a count is long.
 pub fn too_coarse(config: &Config, fault: Fault) -> Option<Error> {
-    let count_m = count_m(config);
+    let count_m = longer_count_m(config);
     (is_of_check(fault) && count_m > COARSE_M).then(|| {
         Error::said_no(format_args!(
             "one count of the encoder is {:.0} mm of travel: the encoder check waits about a second for three of them, saw fewer, and ended with the fault {fault}",

@@ -136,9 +136,11 @@ impl Raw {
 }
 
 fn check_presence(field: &str, present: bool, wanted: bool, kind: Kind) -> Result<(), String> {
+    // As the file spells it.
+    let kind = toml::Value::try_from(kind).map_err(|error| error.to_string())?;
     match (present, wanted) {
-        (false, true) => Err(format!("missing field `{field}`, which {kind:?} needs")),
-        (true, false) => Err(format!("unknown field `{field}`: {kind:?} has none")),
+        (false, true) => Err(format!("missing field `{field}`, which kind = {kind} needs")),
+        (true, false) => Err(format!("unknown field `{field}`: kind = {kind} has none")),
         _ => Ok(()),
     }
 }

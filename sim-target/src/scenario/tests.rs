@@ -100,8 +100,14 @@ fn a_file_that_is_not_there_is_named() {
 fn faults_need_exactly_what_their_kind_has() {
     let fault = |fields: &str| format!("name = 'x'\n[[fault]]\n{fields}\n");
     for (fields, expected) in [
-        ("kind = 'wheel_blocked'\nat_s = 1", "missing field `wheel`"),
-        ("kind = 'driver_fault'\nwheel = 'left'\nat_s = 1", "unknown field `wheel`"),
+        (
+            "kind = 'wheel_blocked'\nat_s = 1",
+            "missing field `wheel`, which kind = \"wheel_blocked\" needs",
+        ),
+        (
+            "kind = 'driver_fault'\nwheel = 'left'\nat_s = 1",
+            "unknown field `wheel`: kind = \"driver_fault\" has none",
+        ),
         ("kind = 'encoder_noise'\nwheel = 'left'\nat_s = 1", "missing field `counts_per_s`"),
         ("kind = 'supply_dip'\nat_s = 1", "missing field `volts`"),
         ("kind = 'emergency_stop'", "missing field `at_s` or `at_motion_s`"),

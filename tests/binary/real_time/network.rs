@@ -41,6 +41,19 @@ fn a_second_host_may_look_and_is_refused_by_name_while_one_drives() {
 }
 
 #[test]
+fn who_looks_at_a_stopped_robot_reads_why() {
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
+    robot.run("stop --now").ok();
+    let lines = robot.run("watch --plain --for 200ms").ok();
+    assert!(lines.stderr.contains("fault: emergency_stop"), "{lines:#?}");
+    let json = robot.run("watch --json --for 200ms").ok();
+    let first: serde_json::Value =
+        serde_json::from_str(json.stdout.lines().next().unwrap()).unwrap();
+    assert_eq!(first["Fault"]["fault"], "emergency_stop", "{json:#?}");
+}
+
+#[test]
 fn a_second_host_stops_the_first_one() {
     let temp = TempFolder::new();
     let robot = Served::start(&temp, TCP);

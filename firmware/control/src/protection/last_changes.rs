@@ -25,6 +25,9 @@ const LAST_TICKS: u32 = 4;
 const SLOW_TICKS: u32 = 8;
 /// The start, and four counts.
 const FEW: usize = 5;
+/// From v to rest within 3 q: v^2 = 6 a q. In 2^-24 m per tick that is four counts times 2^6, at a = 2.5 m/s^2: more than twice
+/// what friction does to the paper's robot.
+const BRAKED: u32 = 6 - 2 * 2;
 /// Changes over which the speed of a wheel is taken that turns the wrong way.
 const LATELY: usize = 4;
 
@@ -62,22 +65,22 @@ impl LastChanges {
         self.len <= FEW
     }
 
-    /// How fast the wheel was until this tick \[2^-24 m/tick\].
-    pub fn speed_at(&self, tick: u32) -> i32 {
-        let (turned, ticks) = self.recent_travel();
-        let standing = tick.wrapping_sub(self.change(1).tick);
-        (turned / (ticks + standing).max(1)) as i32
-    }
-
-    /// Travel over the newest changes \[2^-24 m\], and its ticks.
+    /// Travel over the newest changes, and the ticks from the first of them until this one \[2^-24 m\].
     #[inline(never)]
-    pub fn recent_travel(&self) -> (u32, u32) {
+    pub fn recent_travel(&self, until: u32) -> (u32, u32) {
         let age = LATELY.min(self.len);
-        let ticks = self.change(1).tick.wrapping_sub(self.change(age).tick);
-        (self.between(age, 1).travel.unsigned_abs(), ticks)
+        (self.between(age, 1).travel.unsigned_abs(), until.wrapping_sub(self.change(age).tick))
     }
 
-    /// The wheel still kept up with its setpoint and did not slow down.
+    /// How fast the wheel was on average over the newest changes, until this tick \[2^-24 m/tick\].
+    #[inline(never)]
+    pub fn mean_speed(&self, until: u32) -> i32 {
+        let (turned, ticks) = self.recent_travel(until);
+        (turned / ticks.max(1)) as i32
+    }
+
+    /// The wheel still kept up with its setpoint and did not slow down. Asked only where they are
+    /// [not few](Self::are_few).
     pub fn end_abruptly(&self) -> bool {
         let last = self.between(self.window(), 1);
         // Two thirds.
@@ -85,12 +88,19 @@ impl LastChanges {
         kept_up && !self.slowed_down()
     }
 
-    /// Its setpoint advanced further through the last two changes than through the two before: the wheel was slower. Asked
-    /// only where they are [not few](Self::are_few).
+    /// Its setpoint advanced further through the last two changes than through the two before: the wheel was slower.
     fn slowed_down(&self) -> bool {
         let (last, earlier) = (self.between(3, 1), self.between(5, 3));
         let ticks = self.change(1).tick.wrapping_sub(self.change(3).tick);
         ticks >= SLOW_TICKS && 4 * earlier.setpoint < 3 * last.setpoint
+    }
+
+    /// So slow at the last change that friction stops a wheel without current within three counts: then they end as abruptly
+    /// as those of a plug that is pulled.
+    pub fn were_slow(&self, four_counts: i32) -> bool {
+        // In steps of 4: no square of a speed overflows.
+        let speed = self.mean_speed(self.change(1).tick) >> 2;
+        speed * speed <= four_counts << BRAKED
     }
 
     /// The `age`-th newest change, from 1.
@@ -98,11 +108,12 @@ impl LastChanges {
         &self.ring[self.len.wrapping_sub(age) % LEN]
     }
 
-    /// The age of a change [`LAST_TICKS`] before the newest, and two changes.
+    /// The age of a change [`LAST_TICKS`] before the newest, and two changes; at most five, for no two changes fall into one
+    /// tick.
     fn window(&self) -> usize {
-        let (known, last) = (self.len.min(LEN), self.change(1).tick);
-        let mut age = TWO_CHANGES.min(known);
-        while age < known && last.wrapping_sub(self.change(age).tick) < LAST_TICKS {
+        let last = self.change(1).tick;
+        let mut age = TWO_CHANGES;
+        while last.wrapping_sub(self.change(age).tick) < LAST_TICKS {
             age += 1;
         }
         age

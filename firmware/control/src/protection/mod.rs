@@ -18,8 +18,9 @@
 //! A count that stops means a dead encoder if, through its last 2 counts and 4 ticks, the wheel ran at two
 //! thirds of the setpoint's speed or more, and, compared with the setpoint, through the last two counts at three quarters
 //! of its speed through the two before: a wheel has mass and slows down before it stands. Otherwise the wheel is stalled.
-//! (A jam that stops a wheel within 2 counts looks like a dead wire.) Up to four counts since the loop closed tell neither:
-//! those of a plug that is pulled and of a motor that loses a lead are the same there. That is `NoResponse`.
+//! (A jam that stops a wheel within 2 counts looks like a dead wire.) Two kinds of counts tell neither: up to four since the
+//! loop closed, and those of a wheel so slow that friction stops it within three counts (62 mm/s at 0.25 mm a count). Those
+//! of a plug that is pulled and of a motor that loses a lead are the same there. That is `NoResponse`.
 //!
 //! A count that goes back to what it was before its last change stands: an encoder with one line counts up and down.
 //!

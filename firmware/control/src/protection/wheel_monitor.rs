@@ -213,7 +213,7 @@ impl WheelMonitor {
     #[cold]
     #[inline(never)]
     fn begin_run(&mut self) {
-        let speed = self.changes.speed_at(self.tick);
+        let speed = self.changes.mean_speed(self.tick);
         self.run = Some(Run::new(self.last.positions, self.tick, speed));
     }
 
@@ -245,7 +245,7 @@ impl WheelMonitor {
         view: &WheelSample<'_>,
         supply_scale: i32,
     ) -> bool {
-        let (tick, lately) = (self.tick, self.changes.recent_travel());
+        let (tick, lately) = (self.tick, self.changes.recent_travel(self.last.tick));
         let sample = (view, supply_scale);
         self.run.as_mut().is_some_and(|run| run.runs_against_motor(limits, sample, (tick, lately)))
     }
@@ -314,9 +314,12 @@ impl WheelMonitor {
         }
         // A count that still changes now and then comes from a live encoder.
         let stands = self.standing_ticks() >= limits.stall_ticks / 2;
-        match stands && self.changes.end_abruptly() {
-            true => WheelFault::EncoderDead,
-            false => WheelFault::Stall,
+        if !stands || !self.changes.end_abruptly() {
+            WheelFault::Stall
+        } else if self.changes.were_slow(limits.resting_error) {
+            WheelFault::NoResponse
+        } else {
+            WheelFault::EncoderDead
         }
     }
 }

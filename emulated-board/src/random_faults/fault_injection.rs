@@ -30,6 +30,8 @@ pub(super) struct World {
     pub wire: HostWire,
     pub host: Rc<Cell<Host>>,
     pub supply_v: f64,
+    /// What is wrong with the supply and lasts: a dip, once it is over, does not mend it.
+    pub lasting: Rc<Cell<Option<PlantFault>>>,
 }
 
 /// Bytes of garbage that are kept waiting for the line: it never falls silent, and what the host says
@@ -44,9 +46,15 @@ impl World {
         }
         match kind {
             FaultKind::EncoderLine(wheel, fault) => self.monitor.break_line(wheel, Some(fault)),
+            FaultKind::SupplyCut | FaultKind::SupplyLow(_) | FaultKind::SupplyHigh(_) => {
+                self.lasting.set(self.plant_fault(kind));
+            }
             FaultKind::SupplyDip(_, ms) | FaultKind::StopButton(ms) => {
                 sleep_until_us(now_us() + 1000 * u64::from(ms)).await;
                 self.mend(kind);
+                if let (FaultKind::SupplyDip(..), Some(lasting)) = (kind, self.lasting.get()) {
+                    self.testbed.inject(lasting);
+                }
             }
             FaultKind::StopLine => self.monitor.open_stop_line(true),
             FaultKind::StopLineBounce(us) => {

@@ -53,6 +53,7 @@ async fn live(mut bench: Bench, case: &Case) -> Observed {
         wire: bench.wire.clone(),
         host: Rc::new(Cell::new(Host::Well)),
         supply_v: case.scenario.plant.supply.open_circuit_v,
+        lasting: Rc::default(),
     };
     let (due_us, happened_us) = (Rc::new(Cell::new(None)), Rc::new(Cell::new(None)));
     let mut observed = Observed::default();

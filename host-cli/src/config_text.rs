@@ -65,7 +65,7 @@ fn out_of_range(what: impl std::fmt::Display, error: &ConfigError) -> Error {
             "change the three together, with `beeline config import`"
         }
         ConfigError::PwmFrequency { .. } => {
-            "change driver.pwm_hz first, or both together with `beeline config import`"
+            "choose a lower driver.pwm_hz; for another driver, change both together with `beeline config import`"
         }
         ConfigError::AtFault { .. } => {
             "with `beeline config set driver.at_fault off` the driver does what it does when it is off"

@@ -86,10 +86,10 @@ impl Fault {
     pub const fn remedy(self) -> &'static str {
         match self {
             Fault::FollowingError(_) => {
-                "with the duty at its limit, check motor wires, driver, battery, counts_per_rev and gear_reduction; else drive slower, raise protection.following_error_m_max, or let `beeline tune` set feedforward and gains"
+                "check counts_per_rev and gear_reduction; with the duty at its limit, motor wires, driver and battery too; else drive slower, raise protection.following_error_m_max, or let `beeline tune` set feedforward and gains"
             }
             Fault::Stall(_) => {
-                "free the wheel; check motor wires and driver supply; a motor that nobody tuned: `beeline tune`"
+                "free the wheel; check motor wires, driver supply, counts_per_rev and gear_reduction; a motor that nobody tuned: `beeline tune`"
             }
             Fault::EncoderDead(_) => {
                 "check the encoder's plug, its supply and its two lines, the motor's wires, and whether something jammed the wheel; if all are well, counts_per_rev and gear_reduction"
@@ -98,10 +98,10 @@ impl Fault {
                 "check the motor's wires, the driver and its supply, the encoder's plug and supply, and whether the wheel turns freely by hand; if all are well, counts_per_rev and gear_reduction, and let `beeline tune` find what this motor needs"
             }
             Fault::EncoderReversed(Wheel::Left) => {
-                "swap the encoder's A and B, or set encoder.left.reversed; if the wheel rolled the wrong way, set motor.left.reversed instead"
+                "find out with `beeline wiring` which way this wheel turns, and mend it there; or swap the encoder's A and B (encoder.left.reversed) if it turned as told, the motor's leads (motor.left.reversed) if not"
             }
             Fault::EncoderReversed(Wheel::Right) => {
-                "swap the encoder's A and B, or set encoder.right.reversed; if the wheel rolled the wrong way, set motor.right.reversed instead"
+                "find out with `beeline wiring` which way this wheel turns, and mend it there; or swap the encoder's A and B (encoder.right.reversed) if it turned as told, the motor's leads (motor.right.reversed) if not"
             }
             Fault::CountRate(_) => {
                 "check counts_per_rev and gear_reduction; shield the encoder's wires"
@@ -116,10 +116,10 @@ impl Fault {
             Fault::EmergencyStop => "release the emergency stop if it is pressed",
             Fault::Unsupervised => "please report this: the supervisor task stopped",
             Fault::EncodersExchanged(_) => {
-                "turn the left wheel by hand: if the right count changes, exchange the encoders' plugs, otherwise the motors' wires"
+                "turn the left wheel by hand: if the right count changes, exchange the encoders' plugs, otherwise the motors' wires; if neither is exchanged, shield the other encoder's wires: weak interference looks the same"
             }
             Fault::SupplyHigh => {
-                "braking motors charge the supply: brake more slowly, use a battery instead of a mains adapter, or raise protection.supply_v_max"
+                "if nothing braked, this supply is too high for the robot or for its divider (18.8 V with 47k and 10k); braking motors charge it: brake more slowly, or use a battery instead of a mains adapter; raise protection.supply_v_max only if driver and divider stand it"
             }
         }
     }

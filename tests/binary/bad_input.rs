@@ -86,7 +86,7 @@ fn a_value_out_of_range_says_what_somebody_may_have_meant() {
 fn counts_that_get_so_long_that_little_is_seen_of_them_are_said() {
     let temp = TempFolder::new();
     let warned = |change: &str| {
-        temp.run(&format!("config set {change}")).ok().stderr.contains("one count is 14 mm")
+        temp.run(&format!("config set {change}")).ok().stderr.contains("one count is 14.1 mm")
     };
     assert!(warned("encoder.left.counts_per_rev 16"));
     assert!(!warned("geometry.wheel_weight 1.01"));

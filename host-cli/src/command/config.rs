@@ -10,7 +10,7 @@ use crate::cli::{Common, ConfigCommand};
 use crate::config_text::{flatten, get, leaves, parse, set, to_value};
 use crate::error::{Context, Error, Result};
 use crate::port::with_robot;
-use crate::tune::{COARSE_M, longer_count_m};
+use crate::tune::longer_count_m;
 use crate::ui::{note, say, say_text, tell, warn};
 use campaign::bounded_read::read_keys;
 use campaign::file::{is_special, write_whole};
@@ -107,13 +107,16 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
 /// Of counts so long that the encoder check and the protection see little: said when they get so.
 fn warn_if_coarse(before: &Config, after: &Config) {
     let (before_m, after_m) = (longer_count_m(before), longer_count_m(after));
-    if after_m > COARSE_M && after_m > before_m {
+    if after_m > LONG_COUNT_M && after_m > before_m {
         warn(format_args!(
-            "one count is {:.0} mm of travel now: a wheel has to turn four before protection and encoder check see that it does; is counts_per_rev every edge of both lines, and gear_reduction the gear between encoder and wheel?",
+            "one count is {:.1} mm of travel now: encoder check and protection need up to six of them, so a wheel whose encoder fails turns farther than a centimetre before it is stopped; is counts_per_rev every edge of both lines, and gear_reduction the gear between encoder and wheel?",
             after_m * 1e3
         ));
     }
 }
+
+/// Six counts of this are a centimetre \[m\].
+const LONG_COUNT_M: f64 = 0.01 / 6.0;
 
 fn warn_if_it_forgets(common: &Common) {
     if common.port.is_sim() && common.flash.is_none() {

@@ -5,7 +5,7 @@
 use std::time::{Duration, Instant};
 
 use serde_json::json;
-use shared_proto::{Command, Config, MotionEnd, TravelUnit, WheelPair};
+use shared_proto::{Command, Config, MotionEnd, Refusal, TravelUnit, WheelPair};
 
 use crate::cli::{Common, DriveCommand, ProfileArgs};
 use crate::error::{Error, Result};
@@ -13,6 +13,7 @@ use crate::limits;
 use crate::port::{with_robot, with_session};
 use crate::quantity::{Acceleration, Distance, Speed};
 use crate::ui::{Progress, say, tell};
+use host_link::fault_in_words::FaultInWords;
 use host_link::motion::{self, Motion, RecordOptions, Recording};
 
 pub(super) fn run(common: &Common, command: &DriveCommand) -> Result<()> {
@@ -66,8 +67,20 @@ fn stop_once(common: &Common, now: bool) -> Result<()> {
 pub(super) fn clear(common: &Common) -> Result<()> {
     let cleared = with_robot(&common.port, &common.sim(), async |session, _| {
         let Some(report) = session.status().await?.fault else { return Ok(None) };
-        session.request(Command::ClearFault { number: report.number }).await?;
-        Ok(Some(report))
+        let cleared = session.ask(Command::ClearFault { number: report.number }).await?;
+        match cleared {
+            Ok(_) => Ok(Some(report)),
+            Err(Refusal::CauseRemains) => {
+                let problem = format_args!(
+                    "the robot keeps the fault {}: its cause is still there",
+                    FaultInWords(&report)
+                );
+                Err(Error::said_no(problem).hint(report.fault.remedy()))
+            }
+            Err(refusal) => {
+                Err(host_link::Error::Refused { request: "clear the fault", refusal }.into())
+            }
+        }
     })?;
     let fault = cleared.map(|report| report.fault.to_string());
     let line = match &fault {

@@ -22,6 +22,10 @@ pub(super) fn run(
     duration: Option<Time>,
     acceleration: Acceleration,
 ) -> Result<()> {
+    if matches!(forward, VelocitySource::Stdin) && turn.rad_s != 0.0 {
+        return Err(Error::new("--turn is not for velocities from standard input")
+            .hint("each line gives a forward speed and a turn rate"));
+    }
     let lines = match forward {
         VelocitySource::Stdin => Some(Lines::of_stdin()),
         VelocitySource::Speed(_) => None,
@@ -29,7 +33,7 @@ pub(super) fn run(
     let failed = with_robot(&common.port, &common.sim(), async |session, _| {
         if session.clock().is_virtual() && (lines.is_some() || duration.is_none()) {
             return Err(Error::new("the simulator in this process runs faster than real time")
-                .hint("--for TIME; or `beeline sim --listen tcp:127.0.0.1:7700`, and --port with its address"));
+                .hint("give a speed and --for TIME; or `beeline sim --listen tcp:127.0.0.1:7700`, and --port with its address"));
         }
         let config = session.read_config().await?;
         let radius_m = config.geometry.wheel_radius_m;

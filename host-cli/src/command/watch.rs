@@ -57,7 +57,7 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
     }
     let start_us = session.clock().now_us();
     let mut checked_us = start_us;
-    let mut shown_us = 0_u64;
+    let (mut shown_us, mut silent) = (0_u64, true);
     loop {
         session.listen(Duration::from_millis(u64::from(period_ms).max(20))).await?;
         let mut heard = session.take_events().all(|event| show_event(common, &event));
@@ -71,6 +71,7 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
                 is_due
             })
             .collect();
+        silent &= due.is_empty();
         heard &= due.iter().all(|frame| match common.json {
             true => is_heard(json!(frame)),
             false => is_heard(Column::line(columns, frame)),
@@ -84,8 +85,8 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
         if now_us - checked_us > 1_000_000 {
             checked_us = now_us;
             session.status().await?;
-            if session.overhears() {
-                // Its driver may be gone, and the telemetry with it.
+            // Its driver may be gone, and the telemetry with it.
+            if std::mem::replace(&mut silent, true) || session.overhears() {
                 subscribe(session, period_ms).await?;
             }
         }

@@ -76,7 +76,7 @@ const fn check_for(ks_v: f64, slower: f64) -> CheckFor {
 }
 
 /// A longer count may be too few of them for the encoder check, which gives slow motors about a second for three \[m\].
-pub const COARSE_M: f64 = 0.005;
+const COARSE_M: f64 = 0.005;
 /// Share of the supply that is used.
 const SUPPLY_SHARE: f64 = 0.9;
 

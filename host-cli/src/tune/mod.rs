@@ -26,7 +26,7 @@ use host_link::session::Session;
 use robot_model::drivetrain::{DrivetrainFit, Gains};
 use shared_proto::{Config, Identity};
 
-pub use self::experiments::{COARSE_M, DrivenExperiment, longer_count_m};
+pub use self::experiments::{DrivenExperiment, longer_count_m};
 pub use self::following::{Following, Outcome as DriveOutcome};
 pub use self::settings::LoopConfig;
 

@@ -54,6 +54,24 @@ fn who_looks_at_a_stopped_robot_reads_why() {
 }
 
 #[test]
+fn who_watches_goes_on_seeing_the_robot_when_the_host_that_drove_it_is_gone() {
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
+    let watcher = robot.spawn("watch --json --rate 20 --for 6s");
+    robot.run("drive straight 5cm").ok();
+    let seen = collect(watcher).ok();
+    let states: Vec<String> = seen
+        .stdout
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .filter_map(|frame| frame["state"].as_str().map(str::to_owned))
+        .collect();
+    let driven = states.iter().rposition(|state| state == "driving").expect("it drove");
+    let idle = states[driven..].iter().filter(|state| *state == "idle").count();
+    assert!(idle > 10, "{idle} frames after the drive, of {}", states.len());
+}
+
+#[test]
 fn a_second_host_stops_the_first_one() {
     let temp = TempFolder::new();
     let robot = Served::start(&temp, TCP);

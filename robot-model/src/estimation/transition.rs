@@ -53,17 +53,26 @@ impl Transition {
     }
 }
 
-/// The poses measured while the encoders were recorded, and those measured before or after while the robot stood. They do
-/// not depend on a model's delay, as models are compared on the same measurements.
+/// The poses measured while the encoders were recorded. Where none of them shows the robot as it stood at the beginning or
+/// at the end, so does a pose measured a moment before or after. They do not depend on a model's delay, as models are
+/// compared on the same measurements.
 pub(crate) fn within<'s>(
     motion: &Motion,
     measurements: &'s [PoseMeasurement],
 ) -> impl Iterator<Item = &'s PoseMeasurement> {
     let start_s = motion.start_s;
     let end_s = start_s + motion.steps.iter().map(|step| step.dt_s).sum::<f64>();
-    let stood_s = [stood_s(motion.steps.iter()), stood_s(motion.steps.iter().rev())];
-    let [before_s, after_s] = stood_s.map(|stood_s| stood_s.max(TIME_ROUNDING_S));
-    let during = start_s - before_s..=end_s + after_s;
+    let middle_s = (start_s + end_s) / 2.0;
+    let from_to_s = |from_s: f64, to_s: f64| from_s - TIME_ROUNDING_S..=to_s + TIME_ROUNDING_S;
+    let is_seen = |from_s: f64, to_s: f64| {
+        let during = from_to_s(from_s, to_s);
+        measurements.iter().any(|pose| during.contains(&pose.t_s))
+    };
+    let outside_s = |seen: bool, stood_s: f64| if seen { 0.0 } else { stood_s };
+    let (first_s, last_s) = (stood_s(motion.steps.iter()), stood_s(motion.steps.iter().rev()));
+    let before_s = outside_s(is_seen(start_s, (start_s + first_s).min(middle_s)), first_s);
+    let after_s = outside_s(is_seen((end_s - last_s).max(middle_s), end_s), last_s);
+    let during = from_to_s(start_s - before_s, end_s + after_s);
     measurements.iter().filter(move |pose| during.contains(&pose.t_s))
 }
 
@@ -98,13 +107,16 @@ mod tests {
     use crate::estimation::errors::cross_validated;
     use crate::estimation::predict::open_loop;
     use crate::recording::campaign::Campaign;
+    use crate::recording::nominal_run::Piece;
     use crate::recording::run::Recording;
     use crate::tests::synthetic::{NOISE, ROBOT, campaign, end_poses_only, part_of_plan, term};
 
     /// Runs of which only the first and the last pose are measured, the last one so late after the last counts \[s\].
     fn ends(late_s: f64) -> Campaign {
         let truth = [term("wheel_radius_ratio", &[0.005])];
-        let mut campaign = end_poses_only(campaign(&part_of_plan(&["arc", "spin"]), &truth, 3));
+        let mut plan = part_of_plan(&["arc", "spin"]);
+        plan.iter_mut().for_each(|run| run.2.push(Piece::Rest { duration_s: 0.3 }));
+        let mut campaign = end_poses_only(campaign(&plan, &truth, 3));
         for run in &mut campaign.runs {
             run.measured_poses[1].t_s = run.wheels[run.wheels.len() - 1].t_s + late_s;
         }
@@ -135,6 +147,15 @@ mod tests {
         for (one, other) in errors(&at_once).iter().zip(errors(&late)) {
             assert!((one / other - 1.0).abs() < 1e-6, "{one}, {other}");
         }
+    }
+
+    #[test]
+    fn a_pose_after_the_last_counts_adds_nothing_where_the_end_was_measured() {
+        let mut run = ends(0.0).runs.swap_remove(0);
+        let motion = Motion::new(&ROBOT, &run, None);
+        let last = run.measured_poses[1];
+        run.measured_poses.push(PoseMeasurement { t_s: last.t_s + 0.007, ..last });
+        assert_eq!(within(&motion, &run.measured_poses).count(), 2);
     }
 
     #[test]

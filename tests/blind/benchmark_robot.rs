@@ -11,14 +11,12 @@ use super::hard::{Difficulty, GEOMETRY, Hard};
 use super::hidden_effects::REFERENCE;
 use super::plant::{Dose, Plant, Robot, Taken, take, take_twin};
 use super::robots::{Forces, Kinematic};
-use super::strength::{scaled, sigmas, visibility};
+use super::strength::{Trial, scaled, sigmas, visibility};
 
 /// How many times a strength is tried and scaled before the campaign is recorded.
 const TRIALS: usize = 3;
 /// A strength within this factor, in e-folds, is not tried again: effects are not linear.
 const NEAR: f64 = 0.7;
-/// An effect that stands out by less than this share of what its strength promises is too strong.
-const STILL_LINEAR: f64 = 0.3;
 
 /// A recorded campaign; what stands out in it, where that is known before any fit; and the same robot's without what is
 /// hidden, where no fit knows that.
@@ -76,21 +74,23 @@ impl<'a> BenchmarkRobot<'a> {
     /// Scales the strength of one effect until it stands out alone by `wanted` sigma, or as far as it can: stronger than
     /// any real robot has it, an effect is no longer what the catalogue says, and hardly stands out more.
     fn scale(&self, dose: &mut Dose, wanted: f64) -> Result<(), String> {
-        let mut best: Option<(f64, f64)> = None;
+        let (mut first, mut last): (Option<Trial>, Option<Trial>) = (None, None);
         for _ in 0..TRIALS {
             let mut alone = [self.robot.possible(*dose)];
             let taken = self.take(&mut alone)?;
             let model =
                 fit(&taken.mended, &self.known(&alone)).map_err(|error| error.to_string())?;
             let reached = sigmas(&model, self.case.effects[dose.index].id());
-            if let Some((strength, most)) = best
-                && reached < STILL_LINEAR * most * alone[0].strength / strength
-                && most < wanted
+            let now = Trial { strength: alone[0].strength, reached };
+            if let (Some(first), Some(last)) = (first, last)
+                && now.is_too_strong(first)
+                && last.reached < wanted
             {
-                dose.strength = strength;
+                dose.strength = last.strength;
                 break;
             }
-            best = Some((alone[0].strength, reached));
+            first = first.or(Some(now));
+            last = Some(now);
             dose.strength = scaled(alone[0].strength, wanted, reached);
             if (reached / wanted).ln().abs() < NEAR {
                 break;

@@ -68,3 +68,55 @@ pub fn scaled(reference: f64, wanted: f64, reached: f64) -> f64 {
     const MOST: f64 = 10.0;
     reference * (wanted / reached.max(1e-9)).min(MOST)
 }
+
+/// An effect that stands out by less than this share of what its strength promises is too strong.
+const STILL_LINEAR: f64 = 0.3;
+/// What stands out by fewer sigma is not seen at all.
+const SEEN: f64 = 0.1;
+
+/// A strength that was tried.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial {
+    /// The strength.
+    pub strength: f64,
+    /// By how many sigma the effect stands out.
+    pub reached: f64,
+}
+
+impl Trial {
+    /// Whether the effect stands out by much less than its strength promises, by the first trial. An effect that was not
+    /// seen at first, and with more strength still is not, cannot be seen in this campaign.
+    pub fn is_too_strong(self, first: Self) -> bool {
+        let stronger = self.strength / first.strength;
+        stronger > 1.0 && self.reached < STILL_LINEAR * first.reached.max(SEEN) * stronger
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trial(strength: f64, reached: f64) -> Trial {
+        Trial { strength, reached }
+    }
+
+    #[test]
+    fn what_does_not_show_is_not_made_a_thousand_times_as_strong() {
+        // A load on a run that ends where it began, of which only the ends are measured.
+        assert!(trial(10.0, 0.0).is_too_strong(trial(1.0, 0.0)));
+        assert!(trial(10.0, 2e-8).is_too_strong(trial(1.0, 1e-8)));
+        // A weak effect grows in proportion.
+        assert!(!trial(10.0, 4.0).is_too_strong(trial(1.0, 0.4)));
+        assert!(!trial(6.0, 2.9).is_too_strong(trial(1.0, 0.65)));
+    }
+
+    #[test]
+    fn strength_that_hardly_stands_out_more_is_too_much_by_the_first_trial() {
+        // Three times as strong thrice: each time it stands out a little more, and in all no more than at first.
+        let first = trial(1.0, 9.1);
+        assert!(!trial(3.3, 9.7).is_too_strong(first));
+        assert!(trial(10.2, 10.0).is_too_strong(first));
+        // Less of it is never too strong.
+        assert!(!trial(0.2, 0.1).is_too_strong(first));
+    }
+}

@@ -6,6 +6,7 @@ use crate::explain::model_choice::{Choice, EXCESS_MAX};
 use crate::explain::tolerance::resolved_m;
 use crate::residuals::expression::expression;
 use crate::residuals::flexible_model::{displacement_m, lower};
+use crate::residuals::regressor::Regressor;
 use crate::residuals::unexplained::{Unexplained, unexplained};
 
 /// The reachable error, and what is left above it by the last of the models that have these cross-validated errors.
@@ -24,11 +25,7 @@ pub(super) fn reachable_and_unexplained(
             found.expression = expression(prepared, &choice.selection.fitted, flexible);
         }
         found.structure = true;
-        for regressor in flexible.depends_on.iter().flatten() {
-            if !found.depends_on.contains(regressor) {
-                found.depends_on.push(*regressor);
-            }
-        }
+        add(&mut found.depends_on, flexible.depends_on.iter().flatten().copied());
     }
     let begun = match alternative {
         Some(alternative) => lower(&flexible.reachable, &alternative.errors, track_width_m),
@@ -45,6 +42,17 @@ pub(super) fn reachable_and_unexplained(
     (reachable, found)
 }
 
+/// Adds what a flexible model depends on. That runs differ is not what makes them differ: where anything else is found, it
+/// comes last.
+fn add(depends_on: &mut Vec<Regressor>, more: impl Iterator<Item = Regressor>) {
+    for regressor in more {
+        if !depends_on.contains(&regressor) {
+            depends_on.push(regressor);
+        }
+        depends_on.sort_by_key(|regressor| *regressor == Regressor::Run);
+    }
+}
+
 /// The lowest of these errors and those that models reach, the last of which is the one chosen.
 ///
 /// The choice goes by residuals over their noise (`chi`). A model that leaves more of that may have less displacement by
@@ -58,6 +66,19 @@ fn lowest(begun: Errors, reached: &[Errors], track_width_m: f64) -> Errors {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_runs_differ_by_comes_before_that_they_differ() {
+        use Regressor::{Heading, Run, Speed};
+        let with = |more: &[Regressor]| {
+            let mut depends_on = vec![Run, Speed];
+            add(&mut depends_on, more.iter().copied());
+            depends_on
+        };
+        assert_eq!(with(&[Heading]), [Speed, Heading, Run]);
+        assert_eq!(with(&[Speed]), [Speed, Run]);
+        assert_eq!(with(&[]), [Run, Speed], "the flexible model found nothing");
+    }
 
     #[test]
     fn an_error_of_heading_for_one_of_position_is_no_lower_floor() {

@@ -106,10 +106,15 @@ pub fn missing(
     let selected = select(&problem, baseline);
     let problem = &selected.problem;
     let last = &selected.steps[selected.steps.len() - 1];
-    let rivals: Vec<(&'static str, Vec<Rival>)> = (0..last.fitted.model.effects.len())
-        .map(|index| {
+    let without: Vec<Judged> = (0..last.fitted.model.effects.len())
+        .map(|index| Judged::new(problem, problem.fit(last.fitted.model.without(index))))
+        .collect();
+    let rivals: Vec<(&'static str, Vec<Rival>)> = without
+        .iter()
+        .enumerate()
+        .map(|(index, without)| {
             let id = last.fitted.model.effects[index].facts().id;
-            (id, rivals(problem, &selected, last, index))
+            (id, rivals(problem, &selected, (last, without), index))
         })
         .collect();
     let unexplained = unexplained(problem, &selected, last);
@@ -117,7 +122,13 @@ pub fn missing(
     let half_widths = problem.half_widths_95(&last.fitted);
     let errors = |judged: &Judged| errors(problem, judged, experiments);
     let steps = selected.steps.windows(2).enumerate().map(|(index, pair)| {
-        let gain = gain(problem, &pair[0].costs, &pair[1].costs);
+        let by_itself = gain(problem, &pair[0].costs, &pair[1].costs);
+        // The first of two that hide each other gains nothing by itself.
+        let gain = if by_itself.matters(problem) {
+            by_itself
+        } else {
+            gain(problem, &without[index].costs, &last.costs)
+        };
         let effect = last.fitted.model.effects[index];
         let first = last.fitted.model.first_of(index);
         let parameters = effect.facts().parameters.iter().enumerate();

@@ -4,9 +4,7 @@
 use super::chance::{gains, p_value};
 use super::least_squares::{Fitted, Problem};
 use super::modes::Modes;
-use super::screening::screen;
 use super::selection::{Judged, Selected};
-use crate::drivetrain::effect::MOTOR_CATALOGUE;
 
 /// A rival has to explain this share of what the effect does.
 const RESEMBLANCE_MIN: f64 = 0.6;
@@ -23,15 +21,14 @@ pub(super) struct Rival {
     pub fitted: Fitted,
 }
 
-/// The rivals of one effect of a model, best first.
+/// The rivals of one effect of a model, best first. `without` is the model without it.
 pub(super) fn rivals(
     problem: &Problem<'_>,
     selected: &Selected,
-    last: &Judged,
+    (last, without): (&Judged, &Judged),
     index: usize,
 ) -> Vec<Rival> {
     let own = last.fitted.model.effects[index].facts().id;
-    let without = Judged::new(problem, problem.fit(last.fitted.model.without(index)));
     let sum = |costs: &[Modes]| problem.weighted(costs);
     let gained = sum(&without.costs) - sum(&last.costs);
     let floors = problem.floors();
@@ -40,19 +37,20 @@ pub(super) fn rivals(
         let told = p_value(&gains(&rival.costs, &last.costs, &floors)) < P_MIN;
         lost < (1.0 - RESEMBLANCE_MIN) * gained && (!told || lost < LOSS * gained)
     };
-    let mut found: Vec<(f64, Rival)> =
-        screen(problem, &without.fitted, &MOTOR_CATALOGUE, &selected.excitation)
-            .iter()
-            .filter(|candidate| candidate.effect.facts().id != own)
-            // The screening is of first order: it may miss half of what the rival explains.
-            .filter(|candidate| {
-                sum(&without.costs) - sum(&candidate.costs) > 0.5 * RESEMBLANCE_MIN * gained
-            })
-            .take(FITTED)
-            .map(|candidate| (candidate.effect.facts().id, without.with(problem, candidate)))
-            .filter(|(_, rival)| as_good(rival))
-            .map(|(id, rival)| (sum(&rival.costs), Rival { id, fitted: rival.fitted }))
-            .collect();
+    let mut found: Vec<(f64, Rival)> = selected
+        .screen
+        .candidates(problem, &without.fitted)
+        .iter()
+        .filter(|candidate| candidate.effect.facts().id != own)
+        // The screening is of first order: it may miss half of what the rival explains.
+        .filter(|candidate| {
+            sum(&without.costs) - sum(&candidate.costs) > 0.5 * RESEMBLANCE_MIN * gained
+        })
+        .take(FITTED)
+        .map(|candidate| (candidate.effect.facts().id, without.with(problem, candidate)))
+        .filter(|(_, rival)| as_good(rival))
+        .map(|(id, rival)| (sum(&rival.costs), Rival { id, fitted: rival.fitted }))
+        .collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().map(|(_, rival)| rival).collect()
 }

@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::alike::alike_together;
 use super::experiment::{Experiment, KnownRobot};
 use super::modes::Modes;
 use super::simulate::{BASELINE, Simulation};
@@ -254,17 +255,21 @@ impl Problem<'_> {
         })
     }
 
-    /// Half the widths of the parameters' 95 % intervals.
+    /// Half the widths of the parameters' 95 % intervals: with each experiment as one observation, or with those that are alike
+    /// as one, whichever is wider.
     pub fn half_widths_95(&self, fitted: &Fitted) -> Vec<f64> {
         let (gram, _) = fitted.sums(self);
         let len = gram.nrows();
-        let Some(intervals) = Intervals::new(&gram, &fitted.shares()) else {
+        let each = Intervals::new(&gram, &fitted.shares());
+        let (Some(each), Some(alike)) =
+            (each, Intervals::new(&gram, &alike_together(&self.experiments, fitted.shares())))
+        else {
             return vec![f64::INFINITY; len];
         };
         let of = |i: usize| {
             let mut weights = DVector::zeros(len);
             weights[i] = 1.0;
-            intervals.half_width_95(&weights)
+            each.half_width_95(&weights).max(alike.half_width_95(&weights))
         };
         (0..len).map(of).collect()
     }

@@ -8,6 +8,7 @@
 //! | `experiment.rs` | what was driven, and what is known about the robot? |
 //! | `simulate.rs` | which travel follows from the voltages, with effects? |
 //! | `least_squares.rs` | which constants explain it best, and how well do the others predict each experiment? |
+//! | `alike.rs` | which experiments are alike, so that what the model misses moves their constants alike? |
 //! | `modes.rs` | what do both wheels share, and what sets them apart? |
 //! | `chance.rs` | is a gain more than chance? |
 //! | `screening.rs` | which effects are worth a fit? |
@@ -17,6 +18,7 @@
 //! | `next_experiment.rs` | which experiment would tell more? |
 //! | `answer.rs` | all of it |
 
+mod alike;
 mod answer;
 mod chance;
 mod classes;

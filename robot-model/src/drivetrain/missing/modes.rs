@@ -7,7 +7,7 @@
 //! A caster that swings round, or a bump under one wheel, turns the robot more than it holds it back: the differential mode is
 //! noisier. So each mode has its own variance, which is that of the model at hand, and counts by its inverse.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 /// One number for each mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,6 +54,13 @@ impl Modes {
             (0.5 * self.common).sqrt() * (left + right),
             (0.5 * self.differential).sqrt() * (left - right),
         ]
+    }
+
+    /// A matrix whose rows are alternately of the common and of the differential mode, each times its number.
+    pub fn times(self, rows: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(rows.nrows(), rows.ncols(), |row, column| {
+            rows[(row, column)] * if row % 2 == 0 { self.common } else { self.differential }
+        })
     }
 
     /// Weights by the inverse of these variances, 1 for the quieter mode. Neither mode is quieter than `floor`.

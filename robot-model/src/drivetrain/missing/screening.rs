@@ -5,11 +5,14 @@ use nalgebra::{DMatrix, DVector};
 use super::least_squares::{Fitted, Model, Problem};
 use super::modes::Modes;
 use super::simulate::BASELINE;
-use crate::drivetrain::effect::{Excitation, MotorEffect, MotorRole};
+use crate::drivetrain::effect::{Excitation, MOTOR_CATALOGUE, MotorEffect, MotorRole};
 use crate::numeric::parallel;
 
 /// Columns are differences over this share of a usual amplitude.
 const STEP: f64 = 0.3;
+
+/// Of an effect with more shapes than this, the best by the columns of the first model get columns of their own.
+const SHAPES: usize = 3;
 
 /// An effect that is not in the model, at the best of its shapes.
 pub(super) struct Candidate {
@@ -18,27 +21,132 @@ pub(super) struct Candidate {
     pub p: Vec<f64>,
     /// What would be left of each experiment, predicted by the others, by mode \[m^2\].
     pub costs: Vec<Modes>,
+    /// How the travel of each experiment changes with its amplitudes.
+    columns: Vec<DMatrix<f64>>,
 }
 
-/// A candidate for each effect of a catalogue that is not in the model, best first.
-pub(super) fn screen(
+/// What is screened, and the columns of effects with many shapes about the first model: they hardly change with the others.
+pub(super) struct Screen {
+    pub excitation: Excitation,
+    /// The modes' weights in those columns.
+    weights: Modes,
+    /// By effect with many shapes: its id, each shape with its columns.
+    first: Vec<(&'static str, Vec<Shape>)>,
+}
+
+/// The parameters of a shape, and its columns.
+type Shape = (Vec<f64>, Vec<DMatrix<f64>>);
+
+impl Screen {
+    /// With columns about this model.
+    pub fn new(problem: &Problem<'_>, fitted: &Fitted, excitation: Excitation) -> Self {
+        let many = MOTOR_CATALOGUE.iter().filter_map(|effect| {
+            let starts = effect.starts(&excitation);
+            (starts.len() > SHAPES).then(|| {
+                let shapes = starts.into_iter().map(|start| {
+                    let columns = columns(problem, fitted, *effect, &start);
+                    (start, columns)
+                });
+                (effect.facts().id, shapes.collect())
+            })
+        });
+        let first = many.collect();
+        Self { excitation, weights: problem.weights, first }
+    }
+
+    /// A candidate for each effect of the catalogue that is not in the model, best first.
+    pub fn candidates(&self, problem: &Problem<'_>, fitted: &Fitted) -> Vec<Candidate> {
+        let missing = MOTOR_CATALOGUE.iter().filter(|effect| {
+            let id = effect.facts().id;
+            fitted.model.effects.iter().all(|own| own.facts().id != id)
+        });
+        let mut found: Vec<Candidate> = missing
+            .filter_map(|effect| {
+                let starts = self.starts(problem, fitted, *effect);
+                let tried = starts.iter().filter_map(|start| {
+                    let columns = columns(problem, fitted, *effect, start);
+                    candidate(problem, fitted, *effect, start, columns)
+                });
+                tried.min_by(|a, b| {
+                    problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs))
+                })
+            })
+            .collect();
+        found.sort_by(|a, b| problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs)));
+        found
+    }
+
+    /// The shapes that are worth columns of their own.
+    fn starts(
+        &self,
+        problem: &Problem<'_>,
+        fitted: &Fitted,
+        effect: &'static dyn MotorEffect,
+    ) -> Vec<Vec<f64>> {
+        let Some((_, shapes)) = self.first.iter().find(|(id, _)| *id == effect.facts().id) else {
+            return effect.starts(&self.excitation);
+        };
+        let scale = problem.weights.zip(self.weights, |now, first| (now / first).sqrt());
+        let mut ranked: Vec<(f64, &Vec<f64>)> = shapes
+            .iter()
+            .filter_map(|(start, columns)| {
+                let columns = columns.iter().map(|columns| scale.times(columns)).collect();
+                let found = candidate(problem, fitted, effect, start, columns)?;
+                Some((problem.weighted(&found.costs), start))
+            })
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ranked.into_iter().take(SHAPES).map(|(_, start)| start.clone()).collect()
+    }
+}
+
+/// Two effects together: their columns beside each other.
+pub(super) fn pair_costs(
     problem: &Problem<'_>,
     fitted: &Fitted,
-    catalogue: &[&'static dyn MotorEffect],
-    excitation: &Excitation,
-) -> Vec<Candidate> {
-    let missing = catalogue.iter().filter(|effect| {
-        let id = effect.facts().id;
-        fitted.model.effects.iter().all(|own| own.facts().id != id)
-    });
-    let of = |effect: &&'static dyn MotorEffect| {
-        let starts = effect.starts(excitation);
-        let tried = starts.iter().filter_map(|start| candidate(problem, fitted, *effect, start));
-        tried.min_by(|a, b| problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs)))
-    };
-    let mut found: Vec<Candidate> = missing.filter_map(of).collect();
-    found.sort_by(|a, b| problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs)));
-    found
+    (one, other): (&Candidate, &Candidate),
+) -> Option<Vec<Modes>> {
+    let both: Vec<DMatrix<f64>> = one
+        .columns
+        .iter()
+        .zip(&other.columns)
+        .map(|(one, other)| {
+            let mut both = one.clone().resize_horizontally(one.ncols() + other.ncols(), 0.0);
+            both.columns_mut(one.ncols(), other.ncols()).copy_from(other);
+            both
+        })
+        .collect();
+    let usual: Vec<f64> =
+        [one, other].into_iter().flat_map(|one| amplitudes(one.effect)).map(|a| a.1).collect();
+    linear_cross_validation(problem, fitted, &both, &usual).map(|found| found.1)
+}
+
+/// The amplitudes of an effect: which of its parameters, and their usual sizes.
+fn amplitudes(effect: &dyn MotorEffect) -> Vec<(usize, f64)> {
+    let parameters = effect.facts().parameters.iter().enumerate();
+    parameters
+        .filter(|(_, parameter)| parameter.role == MotorRole::Amplitude)
+        .map(|(i, parameter)| (i, parameter.usual))
+        .collect()
+}
+
+/// How the travel of each experiment changes with the amplitudes of an effect, from zero on, at a shape.
+fn columns(
+    problem: &Problem<'_>,
+    fitted: &Fitted,
+    effect: &'static dyn MotorEffect,
+    start: &[f64],
+) -> Vec<DMatrix<f64>> {
+    let first = fitted.model.at.len();
+    let grown: Vec<(Model, f64)> = amplitudes(effect)
+        .into_iter()
+        .map(|(i, usual)| {
+            let mut model = fitted.model.with(effect, start);
+            model.at[first + i] = STEP * usual;
+            (model, STEP * usual)
+        })
+        .collect();
+    added_columns(problem, fitted, &grown)
 }
 
 /// None if its amplitude would have the wrong sign.
@@ -47,22 +155,11 @@ fn candidate(
     fitted: &Fitted,
     effect: &'static dyn MotorEffect,
     start: &[f64],
+    columns: Vec<DMatrix<f64>>,
 ) -> Option<Candidate> {
     let parameters = effect.facts().parameters;
-    let amplitudes: Vec<usize> =
-        (0..parameters.len()).filter(|i| parameters[*i].role == MotorRole::Amplitude).collect();
-    let first = fitted.model.at.len();
-    let grown = amplitudes
-        .iter()
-        .map(|&i| {
-            let mut model = fitted.model.with(effect, start);
-            model.at[first + i] = STEP * parameters[i].usual;
-            (model, STEP * parameters[i].usual)
-        })
-        .collect::<Vec<_>>();
-    let added = added_columns(problem, fitted, &grown);
-    let ridge: Vec<f64> = amplitudes.iter().map(|&i| parameters[i].usual).collect();
-    let (best, costs) = linear_cross_validation(problem, fitted, &added, &ridge)?;
+    let (amplitudes, usual): (Vec<usize>, Vec<f64>) = amplitudes(effect).into_iter().unzip();
+    let (best, costs) = linear_cross_validation(problem, fitted, &columns, &usual)?;
     let mut p = start.to_vec();
     for (value, &i) in best.iter().zip(&amplitudes) {
         if parameters[i].low == 0.0 && *value <= 0.0 {
@@ -70,7 +167,7 @@ fn candidate(
         }
         p[i] = value.clamp(parameters[i].low, parameters[i].high);
     }
-    Some(Candidate { effect, p, costs })
+    Some(Candidate { effect, p, costs, columns })
 }
 
 /// How the travel of each experiment changes from the fitted model to others, per amplitude.

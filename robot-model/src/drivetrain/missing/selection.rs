@@ -4,13 +4,15 @@ use super::chance::{gains, p_value};
 use super::experiment::excitation;
 use super::least_squares::{Fitted, Problem};
 use super::modes::Modes;
-use super::screening::{Candidate, screen};
-use crate::drivetrain::effect::{Excitation, MOTOR_CATALOGUE, MotorEffect};
+use super::screening::{Candidate, Screen, pair_costs};
+use crate::drivetrain::effect::MotorEffect;
 
 /// The most effects that are looked for.
 const EFFECTS_MAX: usize = 5;
 /// So many of the best candidates are fitted in full.
 const FITTED: usize = 4;
+/// And of the best pairs.
+const PAIRS_FITTED: usize = 3;
 /// A gain that chance gives less often than this is none of chance. A dozen effects are tried at each step.
 pub(super) const P_MAX: f64 = 0.004;
 /// An effect moves the robot by this share of what a count hides, root mean square, or it is not worth a word.
@@ -84,33 +86,34 @@ pub(super) struct Selected<'a> {
     pub steps: Vec<Judged>,
     /// Every effect, alone beside the baseline, to first order.
     pub alone: Vec<Candidate>,
-    pub excitation: Excitation,
+    pub screen: Screen,
 }
 
 /// Selects effects, from a fitted baseline on. Each model's own errors weight the modes for the next.
 pub(super) fn select<'a>(problem: &Problem<'a>, baseline: Fitted) -> Selected<'a> {
     let excitation = excitation(problem.robot, &problem.experiments);
     let (mut problem, baseline) = Judged::reweighted(problem, baseline);
+    let screen = Screen::new(&problem, &baseline.fitted, excitation);
     let mut steps = vec![baseline];
     let mut alone = Vec::new();
-    for round in 0..=EFFECTS_MAX {
+    while steps.len() <= EFFECTS_MAX {
         let now = &steps[steps.len() - 1];
-        let mut candidates = screen(&problem, &now.fitted, &MOTOR_CATALOGUE, &excitation);
-        let next = if round < EFFECTS_MAX { best(&problem, now, &candidates) } else { None };
-        if round == 0 {
+        let mut candidates = screen.candidates(&problem, &now.fitted);
+        let mut next = Vec::from_iter(best(&problem, now, &candidates));
+        if next.is_empty() && steps.len() < EFFECTS_MAX {
+            next = best_pair(&problem, now, &candidates);
+        }
+        if steps.len() == 1 {
             alone.append(&mut candidates);
         }
-        match next {
-            Some(next) => {
-                let (weighted, next) = Judged::reweighted(&problem, next.fitted);
-                problem = weighted;
-                steps.push(next);
-            }
-            None => break,
-        }
+        let Some(last) = next.pop() else { break };
+        steps.append(&mut next);
+        let (weighted, last) = Judged::reweighted(&problem, last.fitted);
+        problem = weighted;
+        steps.push(last);
     }
     let steps = without_needless(&problem, steps);
-    Selected { problem, steps, alone, excitation }
+    Selected { problem, steps, alone, screen }
 }
 
 /// The best of the candidates that matter, fitted in full.
@@ -119,6 +122,30 @@ fn best(problem: &Problem<'_>, now: &Judged, candidates: &[Candidate]) -> Option
     tried
         .filter(|next| gain(problem, &now.costs, &next.costs).matters(problem))
         .min_by(|a, b| problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs)))
+}
+
+/// Two effects that hide each other: each alone makes half of the experiments worse, as motors that differ by side and by
+/// direction do. The model with the first, and with both; both matter beside each other.
+fn best_pair(problem: &Problem<'_>, now: &Judged, candidates: &[Candidate]) -> Vec<Judged> {
+    let mut pairs: Vec<(f64, &Candidate, &Candidate)> = Vec::new();
+    for (index, one) in candidates.iter().enumerate() {
+        for other in &candidates[index + 1..] {
+            let Some(costs) = pair_costs(problem, &now.fitted, (one, other)) else { continue };
+            if gain(problem, &now.costs, &costs).matters(problem) {
+                pairs.push((problem.weighted(&costs), one, other));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let tried = pairs.into_iter().take(PAIRS_FITTED).filter_map(|(_, one, other)| {
+        let first = now.with(problem, one);
+        let both = first.with(problem, other);
+        let second = now.with(problem, other);
+        let matters = |before: &Judged| gain(problem, &before.costs, &both.costs).matters(problem);
+        (matters(now) && matters(&first) && matters(&second)).then(|| vec![first, both])
+    });
+    let cost = |pair: &Vec<Judged>| problem.weighted(&pair[1].costs);
+    tried.min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or_default()
 }
 
 /// Takes out what later effects have made needless, and lists the models anew, the effects that gain most first.

@@ -265,6 +265,26 @@ fn drag_waves_sag_delay_and_warmth_are_named_with_their_sizes() {
     assert!((p[0].hypot(p[1]) - 0.1).abs() < 0.02, "{p:?}");
 }
 
+/// Both only where a wheel runs forwards: either alone makes the way back as much worse as it makes the way there better.
+#[test]
+fn two_asymmetries_that_hide_each_other_are_both_found() {
+    let motors = Motors { ks: [0.54, 0.46], against: [0.04, -0.04], ..SOUND };
+    let answer = motors.answer();
+    let mut ids: Vec<&str> = answer.steps.iter().map(|step| step.facts.id).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, ["direction_asymmetry", "side_asymmetry"], "{answer:#?}");
+    assert!(answer.steps.iter().all(|step| step.p_value < 0.004), "{answer:#?}");
+}
+
+/// Drag that the model lacks moves kS and kV by voltage, in all experiments alike.
+#[test]
+fn intervals_hold_the_constants_of_motors_with_an_effect_that_the_model_lacks() {
+    let found = baseline_errors(&ROBOT, &Motors { drag: 0.4, ..SOUND }.campaign(7)).unwrap();
+    let [ks, kv] = [found.constants[0], found.constants[1]];
+    println!("{ks:?} {kv:?}");
+    assert!((ks.value - 0.5).abs() < ks.half_width_95, "{ks:?}");
+}
+
 #[test]
 fn two_effects_are_both_found_and_held_out_experiments_confirm_them() {
     let motors = Motors { slope: 0.1, drag: 4.0, ..SOUND };

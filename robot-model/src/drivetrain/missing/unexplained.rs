@@ -219,7 +219,7 @@ fn group(
     let with = |functions: &'static [Function], scale: f64| {
         functions.iter().map(|function| (function, scale)).collect::<Vec<_>>()
     };
-    let speed = selected.excitation.speed_mps_max;
+    let speed = selected.screen.excitation.speed_mps_max;
     match by {
         MotorRegressor::Speed => with(SPEED, speed),
         MotorRegressor::Direction => with(DIRECTION, speed),

@@ -11,7 +11,7 @@ use shared_proto::{
 
 use super::TCP;
 use crate::outcome::{collect, wait_for};
-use crate::served::Served;
+use crate::served::{Served, interrupt};
 use crate::temp_folder::TempFolder;
 
 /// 0.68 m in 2.8 s of cruise and ramps.
@@ -57,9 +57,11 @@ fn who_looks_at_a_stopped_robot_reads_why() {
 fn who_watches_goes_on_seeing_the_robot_when_the_host_that_drove_it_is_gone() {
     let temp = TempFolder::new();
     let robot = Served::start(&temp, TCP);
-    let watcher = robot.spawn("watch --json --rate 20 --for 6s");
+    let watcher = robot.spawn("watch --json --rate 20");
     robot.run("drive straight 5cm").ok();
-    let seen = collect(watcher).ok();
+    std::thread::sleep(Duration::from_secs(4));
+    interrupt(&watcher);
+    let seen = collect(watcher);
     let states: Vec<String> = seen
         .stdout
         .lines()

@@ -61,8 +61,8 @@ async fn lines(common: &Common, args: &WatchArgs, session: &mut Session) -> Resu
     loop {
         session.listen(Duration::from_millis(u64::from(period_ms).max(20))).await?;
         let mut heard = session.take_events().all(|event| show_event(common, &event));
-        // Another host may have asked for more.
-        let every_us = if session.overhears() { u64::from(period_ms) * 1000 } else { 0 };
+        // Another host may have asked for more, before or since.
+        let every_us = u64::from(period_ms) * 1000;
         let due: Vec<Telemetry> = session
             .take_telemetry()
             .filter(|frame| {

@@ -57,7 +57,7 @@ fn who_looks_at_a_stopped_robot_reads_why() {
 fn who_watches_goes_on_seeing_the_robot_when_the_host_that_drove_it_is_gone() {
     let temp = TempFolder::new();
     let robot = Served::start(&temp, TCP);
-    let watcher = robot.spawn("watch --json --rate 20");
+    let watcher = robot.spawn("watch --json --rate 5");
     robot.run("drive straight 5cm").ok();
     std::thread::sleep(Duration::from_secs(4));
     interrupt(&watcher);
@@ -70,7 +70,7 @@ fn who_watches_goes_on_seeing_the_robot_when_the_host_that_drove_it_is_gone() {
         .collect();
     let driven = states.iter().rposition(|state| state == "driving").expect("it drove");
     let idle = states[driven..].iter().filter(|state| *state == "idle").count();
-    assert!(idle > 10, "{idle} frames after the drive, of {}", states.len());
+    assert!(idle >= 5, "{idle} frames after the drive, of {}", states.len());
 }
 
 #[test]

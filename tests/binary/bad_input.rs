@@ -83,6 +83,15 @@ fn a_value_out_of_range_says_what_somebody_may_have_meant() {
 }
 
 #[test]
+fn a_fault_whose_cause_is_still_there_is_named_with_what_to_do() {
+    let temp = TempFolder::new();
+    temp.write("pressed.toml", "name = 'p'\n[[fault]]\nkind = 'emergency_stop'\nat_s = 0.0\n");
+    let message = temp.run("clear --port sim:pressed.toml").refused();
+    assert!(message.contains("keeps the fault emergency_stop"), "{message}");
+    assert!(message.contains("release the emergency stop"), "{message}");
+}
+
+#[test]
 fn counts_that_get_so_long_that_little_is_seen_of_them_are_said() {
     let temp = TempFolder::new();
     let warned = |change: &str| {
@@ -176,6 +185,7 @@ fn other_bad_arguments_are_refused_before_the_robot_moves() {
         ("calibrate --position-sigma 0mm", "above zero"),
         ("identify --flash folder", "folder"),
         ("watch --rate 0", "from 1 to 1000"),
+        ("drive velocity - --turn 1rad/s", "--turn is not for velocities from standard input"),
         ("watch --rate 2000", "from 1 to 1000"),
         ("watch --rate 600", "as 500 and 1000 do"),
         ("record robot straight 1rev --rate 300", "as 250 and 500 do"),

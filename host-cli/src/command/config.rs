@@ -15,6 +15,9 @@ use crate::ui::{note, say, say_text, tell, warn};
 use campaign::bounded_read::read_keys;
 use campaign::file::{is_special, write_whole};
 
+/// Six counts of this are a centimetre \[m\].
+const LONG_COUNT_M: f64 = 0.01 / 6.0;
+
 pub(super) fn run(common: &Common, command: &ConfigCommand) -> Result<()> {
     match command {
         ConfigCommand::Get { field } => {
@@ -109,14 +112,12 @@ fn warn_if_coarse(before: &Config, after: &Config) {
     let (before_m, after_m) = (longer_count_m(before), longer_count_m(after));
     if after_m > LONG_COUNT_M && after_m > before_m {
         warn(format_args!(
-            "one count is {:.1} mm of travel now: encoder check and protection need up to six of them, so a wheel whose encoder fails turns farther than a centimetre before it is stopped; is counts_per_rev every edge of both lines, and gear_reduction the gear between encoder and wheel?",
-            after_m * 1e3
+            "one count is {:.1} mm of travel now: encoder check and protection need up to six of them, so a wheel whose encoder fails turns {:.0} cm or more before it is stopped; is counts_per_rev every edge of both lines, and gear_reduction the gear between encoder and wheel?",
+            after_m * 1e3,
+            6.0 * after_m * 1e2
         ));
     }
 }
-
-/// Six counts of this are a centimetre \[m\].
-const LONG_COUNT_M: f64 = 0.01 / 6.0;
 
 fn warn_if_it_forgets(common: &Common) {
     if common.port.is_sim() && common.flash.is_none() {

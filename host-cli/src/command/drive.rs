@@ -67,19 +67,15 @@ fn stop_once(common: &Common, now: bool) -> Result<()> {
 pub(super) fn clear(common: &Common) -> Result<()> {
     let cleared = with_robot(&common.port, &common.sim(), async |session, _| {
         let Some(report) = session.status().await?.fault else { return Ok(None) };
-        let cleared = session.ask(Command::ClearFault { number: report.number }).await?;
-        match cleared {
+        match session.request(Command::ClearFault { number: report.number }).await {
             Ok(_) => Ok(Some(report)),
-            Err(Refusal::CauseRemains) => {
-                let problem = format_args!(
-                    "the robot keeps the fault {}: its cause is still there",
-                    FaultInWords(&report)
-                );
-                Err(Error::said_no(problem).hint(report.fault.remedy()))
+            Err(host_link::Error::Refused { refusal: Refusal::CauseRemains, .. }) => {
+                let fault = FaultInWords(&report);
+                let problem =
+                    format_args!("the robot keeps the fault {fault}: its cause is still there");
+                Err(Error::new(problem).hint(report.fault.remedy()))
             }
-            Err(refusal) => {
-                Err(host_link::Error::Refused { request: "clear the fault", refusal }.into())
-            }
+            Err(error) => Err(error.into()),
         }
     })?;
     let fault = cleared.map(|report| report.fault.to_string());

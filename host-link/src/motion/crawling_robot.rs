@@ -7,13 +7,16 @@ use std::rc::Rc;
 
 use futures_lite::future::block_on;
 use shared_proto::{
-    Answer, Channel, Command, Decoder, Encoder, Hello, LinkStatistics, MotionEnd, Pose,
-    PoseDeviation, Reply, Request, State, Status, Telemetry, WheelPair, WheelTelemetry,
+    Answer, Channel, Command, Decoder, Encoder, Fault, FaultReport, Hello, LinkStatistics,
+    MotionEnd, Pose, PoseDeviation, Reply, Request, State, Status, Telemetry, WheelAtFault,
+    WheelPair, WheelTelemetry,
 };
 
+use super::rest::faulted;
 use super::{Motion, RecordOptions, drive};
 use crate::clock::{Clock, TimeSource};
 use crate::error::Error;
+use crate::lease::{Holder, LEASE};
 use crate::session::Session;
 use crate::wire::{Waiting, Wire};
 
@@ -126,19 +129,51 @@ impl Wire for Robot {
     }
 }
 
+fn session(robot: Robot) -> Session {
+    let clock = Clock::new(robot.time.clone());
+    Session::new(robot, clock, 1, "test".into())
+}
+
+impl Default for Robot {
+    fn default() -> Self {
+        Self {
+            time: Time::default(),
+            decoder: Decoder::new(),
+            encoder: Encoder::new(),
+            state: Rc::new(Cell::new(State::Idle)),
+            renewals: Rc::default(),
+            number: 0,
+            sent: VecDeque::new(),
+        }
+    }
+}
+
+#[test]
+fn a_motion_that_nobody_renewed_was_ended_by_the_silent_holder() {
+    let mut session = session(Robot::default());
+    let report = |fault| FaultReport {
+        fault,
+        number: 1,
+        t_us: 0,
+        followed_by: 0,
+        wheels: WheelPair::both(WheelAtFault::default()),
+        supply_mv: 12_000,
+    };
+    let is_cancelled = |session: &Session, fault| faulted(session, report(fault)).is_cancelled();
+    assert!(!is_cancelled(&session, Fault::TimeToLive));
+    let holder = Holder::default();
+    session.hold_by(&holder);
+    std::thread::sleep(LEASE * 4 / 5);
+    assert!(is_cancelled(&session, Fault::TimeToLive));
+    assert!(!is_cancelled(&session, Fault::SupplyLow));
+}
+
 #[test]
 fn a_motion_is_not_renewed_for_ever_for_a_robot_whose_clock_crawls() {
-    let (time, state, renewals) = (Time::default(), Rc::new(Cell::new(State::Idle)), Rc::default());
-    let robot = Robot {
-        time: time.clone(),
-        decoder: Decoder::new(),
-        encoder: Encoder::new(),
-        state: Rc::clone(&state),
-        renewals: Rc::clone(&renewals),
-        number: 0,
-        sent: VecDeque::new(),
-    };
-    let mut session = Session::new(robot, Clock::new(time.clone()), 1, "test".into());
+    let robot = Robot::default();
+    let (time, state, renewals) =
+        (robot.time.clone(), Rc::clone(&robot.state), Rc::clone(&robot.renewals));
+    let mut session = session(robot);
     let motion = Motion { distance: WheelPair::both(1.0), ..Motion::PAPER };
     let driven = block_on(async {
         session.open().await?;

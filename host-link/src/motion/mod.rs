@@ -24,8 +24,8 @@ pub use self::velocity::{EVERY, Twist, drive_at};
 pub use self::voltage::{VoltageRun, VoltageStep, apply_voltages};
 
 use self::rest::{
-    RENEW_EVERY, bring_to_rest, is_moving, leave_as_found, left_at, standing, stop_if_cancelled,
-    wait_for_stop,
+    RENEW_EVERY, bring_to_rest, faulted, is_moving, leave_as_found, left_at, standing,
+    stop_if_cancelled, wait_for_stop,
 };
 
 /// From the command to the beginning of the recording: enough to send the command seven times.
@@ -227,7 +227,7 @@ async fn drive_armed(
     }
     let status = wait_for_stop(session, motion.cruise / motion.acceleration, true).await?;
     if let Some(report) = status.fault {
-        return Err(Error::Faulted(report));
+        return Err(faulted(session, report));
     }
     let end = match status.motion_end {
         Some(end) => end,

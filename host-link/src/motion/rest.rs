@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use shared_proto::{Command, Refusal, State};
+use shared_proto::{Command, Fault, FaultReport, Refusal, State};
 
 use crate::error::{AfterCancel, Error, Result};
 use crate::session::Session;
@@ -24,6 +24,17 @@ pub(super) fn stop_if_cancelled(session: &Session) -> Result<()> {
         return Err(Error::Cancelled(AfterCancel::In(State::Driving)));
     }
     Ok(())
+}
+
+/// The error of a motion that a fault ended.
+///
+/// A motion that was renewed no more because its holder fell silent ends at the same instant on the robot and here, and
+/// whichever says so first, the reason is the holder.
+pub(super) fn faulted(session: &Session, report: FaultReport) -> Error {
+    if report.fault == Fault::TimeToLive && session.holder_is_late() {
+        return Error::Cancelled(AfterCancel::In(State::Faulted));
+    }
+    Error::Faulted(report)
 }
 
 /// The state of a robot that may be driven: an error if it moves, or if a fault is latched.

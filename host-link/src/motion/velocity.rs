@@ -6,7 +6,7 @@ use shared_proto::{Command, Refusal, Velocity};
 
 use super::ends_motion;
 use super::rest::{
-    bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
+    bring_to_rest, faulted, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
 };
 use crate::error::{Error, Result};
 use crate::session::{LEASE, Session};
@@ -47,7 +47,7 @@ pub async fn drive_at(
             .map_err(|refusal| Error::Refused { request: "stop", refusal })?;
         let status = wait_for_stop(session, ramp_s, false).await?;
         if let Some(report) = status.fault {
-            return Err(Error::Faulted(report));
+            return Err(faulted(session, report));
         }
         session.request(Command::Disarm).await?;
         return Ok(());
@@ -90,7 +90,7 @@ async fn follow(
             continue;
         }
         answer.map_err(|refusal| match refusal {
-            Refusal::Faulted(report) if *commanded => Error::Faulted(report),
+            Refusal::Faulted(report) if *commanded => faulted(session, report),
             Refusal::NoSuchMotion if *commanded && silent > LEASE => {
                 Error::NotRenewed { silent_s: silent.as_secs_f64() }
             }

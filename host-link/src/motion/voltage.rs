@@ -7,7 +7,7 @@ use shared_proto::{Command, Event, MotionEnd, MotionId, State, Telemetry, Voltag
 use super::ends_motion;
 use super::rest::RENEW_EVERY;
 use super::rest::{
-    bring_to_rest, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
+    bring_to_rest, faulted, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
 };
 use crate::error::{Error, Result};
 use crate::session::Session;
@@ -105,7 +105,7 @@ async fn apply(
     let Some(_) = last else { return Ok(MotionEnd::Completed) };
     let status = wait_for_stop(session, ROLL_S_MAX, true).await?;
     if let Some(report) = status.fault {
-        return Err(Error::Faulted(report));
+        return Err(faulted(session, report));
     }
     session.listen(REST).await?;
     status.motion_end.ok_or(Error::NeverEnded)

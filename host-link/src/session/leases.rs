@@ -22,6 +22,11 @@ impl Session {
         self.cancel.is_requested() || self.holder.as_ref().is_some_and(Holder::is_gone)
     }
 
+    /// Whether the holder's last sign of life is so old that a motion may have ended for want of another.
+    pub(crate) fn holder_is_late(&self) -> bool {
+        self.holder.as_ref().is_some_and(|holder| holder.left() < LEASE / 4)
+    }
+
     /// When a lease that is given now ends, on the robot's clock \[ms\].
     pub fn lease_end_ms(&self) -> u64 {
         self.robot_clock.lease_end_ms(self.lease(), self.clock.now_us())

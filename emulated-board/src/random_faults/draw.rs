@@ -67,6 +67,8 @@ pub struct Case {
     pub scenario: Scenario,
     /// Its configuration, where it is not the factory's.
     pub config: Option<Config>,
+    /// Of both encoders, a turn of the wheel.
+    pub counts_per_rev: f64,
     /// What the host commands.
     pub motion: Motion,
     /// The cruise lasts this long \[s\].
@@ -87,6 +89,13 @@ const CRAWLS_S: f64 = 0.8;
 /// Of so many cases the robot crawls in one: its wheels then stand within a count or two, whatever stops them.
 const CRAWLS: u64 = 4;
 
+/// Of so many cases two have other encoders; one of them crawls.
+const OTHER_ENCODERS: u64 = 8;
+/// Of the paper's robot, and of those, as many finer as coarser ones \[counts a turn\].
+const COUNTS_PER_REV: f64 = 900.0;
+const COUNTS_MIN: f64 = 48.0;
+const COUNTS_MAX: f64 = 20_000.0;
+
 /// The supply's limits of the factory configuration \[V\], and the lower one of a robot with a weak battery.
 const SUPPLY_V_MAX: f64 = 18.5;
 const WEAK_SUPPLY_V_MIN: f64 = 8.0;
@@ -97,7 +106,15 @@ impl Case {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(index);
         let rng = &mut rng;
-        let (scenario, config) = robot(rng);
+        let (mut scenario, mut config) = robot(rng);
+        let counts_per_rev = counts_per_rev(seed, index);
+        if counts_per_rev != COUNTS_PER_REV {
+            scenario.plant.encoder.left.counts_per_rev = counts_per_rev;
+            scenario.plant.encoder.right.counts_per_rev = counts_per_rev;
+            let configured = &mut config.get_or_insert_default().encoder;
+            configured.left.counts_per_rev = counts_per_rev;
+            configured.right.counts_per_rev = counts_per_rev;
+        }
         let supply_v = scenario.plant.supply.open_circuit_v;
         let crawls = index % CRAWLS == CRAWLS / 2;
         let cruise_s = if crawls { CRAWLS_S } else { CRUISE_S };
@@ -106,18 +123,47 @@ impl Case {
         let delay_us = delay_us(rng, phase, &motion, cruise_s);
         let supply_v_min = config.as_ref().unwrap_or(&Config::default()).protection.supply_v_min;
         let supply = (supply_v, supply_v_min);
-        let first = kind(rng, phase, supply);
+        let finer = (counts_per_rev / COUNTS_PER_REV).max(1.0);
+        let first = kind(rng, phase, supply).with_noise_of(finer);
         let second = rng
             .random_bool(0.25)
-            .then(|| (kind(rng, phase, supply), rng.random_range(0..60_000)))
+            .then(|| (kind(rng, phase, supply).with_noise_of(finer), rng.random_range(0..60_000)))
             .filter(|(second, _)| may_follow(*second, first));
-        Self { seed, index, scenario, config, motion, cruise_s, phase, delay_us, first, second }
+        Self {
+            seed,
+            index,
+            scenario,
+            config,
+            counts_per_rev,
+            motion,
+            cruise_s,
+            phase,
+            delay_us,
+            first,
+            second,
+        }
+    }
+
+    /// Travel of a wheel in a count, by the configuration \[m\].
+    pub fn count_m(&self) -> f64 {
+        let radius_m = Config::default().geometry.wheel_radius_m;
+        std::f64::consts::TAU * radius_m / self.counts_per_rev
     }
 
     /// The command that runs this case alone.
     pub fn command(&self) -> String {
         format!("cargo xtask bench faults --seed {} --case {}", self.seed, self.index)
     }
+}
+
+/// By a stream of its own, so that a case is what it was before there were other encoders.
+fn counts_per_rev(seed: u64, index: u64) -> f64 {
+    if ![OTHER_ENCODERS / 2, CRAWLS + CRAWLS / 2].contains(&(index % OTHER_ENCODERS)) {
+        return COUNTS_PER_REV;
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(u64::MAX - index);
+    rng.random_range(COUNTS_MIN.ln()..COUNTS_MAX.ln()).exp().round()
 }
 
 /// The paper's robot with another battery, load, friction and driver.

@@ -34,7 +34,7 @@ pub struct FaultInstant {
     moves_later: bool,
     /// The host has told the robot to stop.
     stopping: bool,
-    /// Time until the slower wheel's setpoint has advanced by [`SHOWN_M`] \[ms\].
+    /// Time until the slower wheel's setpoint has advanced by [`SHOWN_M`] or [`FEW_COUNTS`] \[ms\].
     shown_ms: Option<f64>,
     /// Time until the motion is over and has settled \[ms\].
     end_ms: f64,
@@ -46,16 +46,21 @@ pub struct FaultInstant {
     error_um: WheelPair<i32>,
     /// How far the wheels have turned since the motion began; not at all before it \[m\].
     turned_m: WheelPair<f64>,
+    /// Travel in a count \[m\].
+    count_m: f64,
 }
 
 /// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
-/// a setpoint half as fast \[m\].
+/// a setpoint half as fast \[m\]; or four counts, and parts of two.
 const SHOWN_M: f64 = 0.004;
-/// Four counts of the bench's encoders and parts of two: so few do not tell what is at fault \[m\].
-const FEW_COUNTS_M: f64 = 6.0 * 0.25e-3;
-/// A wheel as slow as this may stand within three counts when its motor loses a lead: 62 mm/s over the last three counts, and
-/// what it speeds up meanwhile \[m/s\].
+/// Four counts and parts of two: so few do not tell what is at fault.
+const FEW_COUNTS: f64 = 6.0;
+/// A wheel as slow as this may stand within three counts of 0.25 mm when its motor loses a lead: 62 mm/s over the last three
+/// counts, and what it speeds up meanwhile \[m/s\]. It grows with the root of a count.
 const SLOW_MPS: f64 = 0.075;
+const SLOW_COUNT_M: f64 = 0.25e-3;
+/// What a wheel may turn without a count that can be trusted (`firmware/control/src/protection`), or six counts \[mm\].
+const BLIND_MM: f64 = 10.0;
 /// The stall time, and a look at it \[ms\].
 const STALL_MS: f64 = 70.0;
 /// The times of the host's looks at the robot, ticks of planning, and a settled wheel's 250 ms \[ms\].
@@ -103,12 +108,15 @@ impl FaultInstant {
             commanded_us: timeline.commanded_us.unwrap_or(u64::MAX),
             moves_later: moves_later || case.phase == Phase::Standing,
             stopping,
-            shown_ms: motion.shown_us(at_us).map(|us| (us - at_us as f64) / 1000.0),
+            shown_ms: motion
+                .shown_us(at_us, SHOWN_M.max(FEW_COUNTS * case.count_m()))
+                .map(|us| (us - at_us as f64) / 1000.0),
             end_ms: (end_us - at_us as f64) / 1000.0,
             brakes_ms: (motion.brakes_us() - at_us as f64) / 1000.0,
             speed_mps: motion.wheels_mps(at_us as f64),
             error_um: timeline.error_um,
             turned_m: turned_m(timeline, happened),
+            count_m: case.count_m(),
         }
     }
 
@@ -141,23 +149,24 @@ impl FaultInstant {
         self.at_us < POWER_ON_US
     }
 
-    /// For what shows when a wheel has to move: `bound` makes a bound of a time, and of whether the wheel moves.
+    /// For what shows when a wheel has to move: `bound` makes a bound of a time, and of the way that the wheel may
+    /// turn if its setpoint does not move yet \[mm\].
     pub fn of_wheel(
         &self,
         within_ms: f64,
-        bound: fn(f64, bool) -> MotorsOff,
+        bound: fn(f64, Option<f64>) -> MotorsOff,
         mut names: Vec<Name>,
     ) -> (MotorsOff, Vec<Name>) {
         match (self.situation, self.shown_ms) {
             (Situation::Moving, Some(shown_ms)) => {
                 let ms = within_ms.max(shown_ms + STALL_MS);
                 // A motion about to end, or from rest, is seen by the way.
-                (bound(ms, shown_ms < within_ms), names)
+                (bound(ms, (shown_ms >= within_ms).then(|| self.blind_mm())), names)
             }
             // The setpoint advances no more, or not far enough.
             (Situation::Moving, None) if !self.moves_later => {
                 names.push(Name::Harmless);
-                (MotorsOff::WithinOrTravel(self.end_ms, 10.0), names)
+                (MotorsOff::WithinOrTravel(self.end_ms, self.blind_mm()), names)
             }
             (Situation::Rest, _) if !self.moves_later => {
                 (MotorsOff::NotNeeded, vec![Name::Harmless])
@@ -165,8 +174,13 @@ impl FaultInstant {
             (Situation::Over, _) => (MotorsOff::NotNeeded, vec![Name::Harmless]),
             // No motion was ever commanded, because the host could not.
             _ if self.commanded_us == u64::MAX => (MotorsOff::NotNeeded, vec![Name::Harmless]),
-            _ => (bound(within_ms, false), names),
+            _ => (bound(within_ms, Some(self.blind_mm())), names),
         }
+    }
+
+    /// What a wheel may turn without a count that can be trusted \[mm\].
+    fn blind_mm(&self) -> f64 {
+        BLIND_MM.max(FEW_COUNTS * self.count_m * 1000.0)
     }
 
     /// Whether its counts do not tell why they end: the wheel stands, and is driven from rest next; or its count has changed
@@ -174,7 +188,9 @@ impl FaultInstant {
     pub fn counts_tell_nothing(&self, wheel: Wheel) -> bool {
         let stands = self.moves_later && self.shown_ms.is_none();
         let turns = self.situation == Situation::Moving && !stands;
-        !turns || *self.turned_m.get(wheel) < FEW_COUNTS_M || *self.speed_mps.get(wheel) < SLOW_MPS
+        !turns
+            || *self.turned_m.get(wheel) < FEW_COUNTS * self.count_m
+            || *self.speed_mps.get(wheel) < SLOW_MPS * (self.count_m / SLOW_COUNT_M).sqrt()
     }
 
     /// For what is looked at while the robot is armed.
@@ -302,13 +318,13 @@ impl Progress {
         left.min(right)
     }
 
-    /// When the setpoint will have advanced by [`SHOWN_M`].
-    fn shown_us(&self, at_us: u64) -> Option<f64> {
+    /// When the setpoint will have advanced by so much \[m\].
+    fn shown_us(&self, at_us: u64, shown_m: f64) -> Option<f64> {
         let (mut t_us, mut advanced_m) = (at_us as f64, 0.0);
         while t_us < self.end_us() {
             advanced_m += self.speed_mps(t_us) * STEP_US * 1e-6;
             t_us += STEP_US;
-            if advanced_m >= SHOWN_M {
+            if advanced_m >= shown_m {
                 return Some(t_us);
             }
         }

@@ -146,6 +146,14 @@ impl FaultKind {
         .into()
     }
 
+    /// Interference with so many times the counts; all else as it is.
+    pub fn with_noise_of(self, times: f64) -> Self {
+        match self {
+            FaultKind::EncoderNoise(wheel, rate) => FaultKind::EncoderNoise(wheel, times * rate),
+            other => other,
+        }
+    }
+
     /// The wheel in question.
     pub fn wheel(self) -> Option<Wheel> {
         match self {

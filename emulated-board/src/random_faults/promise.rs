@@ -33,8 +33,8 @@ const PAPERS_CRUISE_MPS: f64 = 0.12;
 /// Both wheels' encoder checks, with a push to the end of each: half of ks to the largest duty in 0.8 s, held for
 /// 7 stall times of 60 ms, 40 ticks to roll; and a start time of 250 ms that is waited for \[ms\].
 const CHECK_MS: f64 = 2.0 * (800.0 + 420.0 + 40.0) + 250.0;
-/// What a wheel may turn without a count that can be trusted \[mm\] (`firmware/control/src/protection`).
-const BLIND_MM: f64 = 10.0;
+/// Six counts longer than this are more than a centimetre \[m\].
+const LONG_COUNT_M: f64 = 1.7e-3;
 /// An input is read every 2 ms, and acted on at the next tick; the rest is for the task to get its turn \[ms\].
 const INPUT_MS: f64 = 5.0;
 /// The timer itself; the pins are looked at every 0.05 ms \[ms\].
@@ -78,7 +78,7 @@ impl Promise {
                 instant.of_wheel(PROTECTION_MS, blind, stands(w, &[Fault::EncoderDead(w)], instant))
             }
             K::EncoderSwapped(w) | K::MotorReversed(w) => {
-                instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncoderReversed(w)))
+                instant.of_wheel(PROTECTION_MS, blind, reversed(w, case))
             }
             // Every tick of a check or a motion tells.
             K::EncoderNoise(w, _) => {
@@ -146,13 +146,22 @@ impl Promise {
 }
 
 /// A bound by time where the setpoint moves, by the way where it does not yet.
-fn blind(ms: f64, moving: bool) -> MotorsOff {
-    if moving { MotorsOff::Within(ms) } else { MotorsOff::WithinOrTravel(ms, BLIND_MM) }
+fn blind(ms: f64, way_mm: Option<f64>) -> MotorsOff {
+    way_mm.map_or(MotorsOff::Within(ms), |mm| MotorsOff::WithinOrTravel(ms, mm))
 }
 
 /// A wheel that does not turn: the check pushes to its end.
-fn pushed(ms: f64, moving: bool) -> MotorsOff {
-    MotorsOff::Within(if moving { ms } else { ms.max(CHECK_MS) })
+fn pushed(ms: f64, way_mm: Option<f64>) -> MotorsOff {
+    MotorsOff::Within(if way_mm.is_none() { ms } else { ms.max(CHECK_MS) })
+}
+
+/// A count the wrong way. Of an encoder with counts as long as `config set` warns of, it may be known too late.
+fn reversed(wheel: Wheel, case: &Case) -> Vec<Name> {
+    let mut faults = vec![Fault::EncoderReversed(wheel)];
+    if case.count_m() > LONG_COUNT_M {
+        faults.push(Fault::FollowingError(wheel));
+    }
+    faults.into_iter().map(Name::Fault).collect()
 }
 
 /// What a wheel or count that stands is called: whatever it is, no response if the counts before it do not tell.

@@ -82,11 +82,11 @@ impl PushLimits {
         let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
         let ks = if sign < 0 { ks_backward } else { ks_forward };
         let kv_s_per_m = max(kv, 1.0 / FULL_SPEED_MPS_MAX);
-        let constant_s = ka / kv_s_per_m;
+        let constant_ticks = ka / kv_s_per_m * hz;
         let expected_m = max(EXPECTED_M_MAX, EXPECTED_COUNTS_MAX * q_m);
         let push_max = truncate(expected_m * kv_s_per_m * hz, I2F30::FRAC_NBITS);
         let lag =
-            truncate(min(1.0, 1.0 / max(constant_s * hz, 1.0 / ROLL_TICKS_MAX)), LAG_BITS).max(1);
+            truncate(min(1.0, 1.0 / max(constant_ticks, 1.0 / ROLL_TICKS_MAX)), LAG_BITS).max(1);
         let ks = bits(min(ks, 1.0));
         Self {
             duty_max: bits(min(config.protection.probe_duty_max, config.limits.duty_max)),
@@ -96,8 +96,9 @@ impl PushLimits {
             lag,
             time_constant: (1 << (LAG_BITS + TIME_CONSTANT_BITS)) / lag,
             per_twice_ks: (1 << PER_KS_BITS) / (2 * i64::from(ks)).max(1 << 10),
-            roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_s * hz, ROLL_TICKS_MAX), 0) as u32,
-            hold_ticks: truncate(HOLD_STALL_TIMES * config.protection.stall_time_s * hz, 0) as u32,
+            roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_ticks, ROLL_TICKS_MAX), 0) as u32,
+            hold_ticks: truncate(config.protection.stall_time_s * (HOLD_STALL_TIMES * hz), 0)
+                as u32,
             counts: truncate(max(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
             counts_per_tick_max: counts_per_tick_max(config, q),
         }

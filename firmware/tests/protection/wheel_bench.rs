@@ -156,6 +156,19 @@ pub fn run_motor(
     mishap_ms: u32,
     after_ms: u32,
 ) -> Option<(Fault, u32)> {
+    let found = run_and_measure(motor, config, drives, mishap, mishap_ms, after_ms);
+    found.map(|(fault, named_ms, _)| (fault, named_ms))
+}
+
+/// The same, and how far the wheel rolled from the mishap until the fault \[m\].
+pub fn run_and_measure(
+    motor: Motor,
+    config: &Config,
+    drives: &[Drive],
+    mishap: Mishap,
+    mishap_ms: u32,
+    after_ms: u32,
+) -> Option<(Fault, u32, f64)> {
     let odometry = Odometry::new(config);
     let gains = Gains::new(config, Wheel::Left);
     let mut benches = odometry.meters_per_count().map(|q| Bench {
@@ -175,6 +188,7 @@ pub fn run_motor(
     let mut protection = Protection::new(config);
     let mut coming = drives.iter();
     let mut rest_until = 0;
+    let mut mishap_m = 0.0;
     for tick in 0.. {
         if profile.finished(tick) && tick >= rest_until {
             match coming.next() {
@@ -196,6 +210,9 @@ pub fn run_motor(
             bench.physics(duty.to_si(), mishap);
             bench.read(q_m, mishap, tick == mishap_ms);
         };
+        if tick == mishap_ms {
+            mishap_m = benches.left.travel_m;
+        }
         let now = if tick >= mishap_ms { mishap } else { Mishap::None };
         step(&mut benches.left, setpoints.left, travel.left, q.left.to_si(), now);
         let none = Mishap::None;
@@ -204,7 +221,8 @@ pub fn run_motor(
         let speed = WheelPair::default();
         let measured = Measured { tick, t_us: u64::from(tick) * 1000, counts, travel, speed };
         if let Some(fault) = protection.step(&setpoints, &measured, &loops, UNSCALED) {
-            return Some((fault, tick.wrapping_sub(mishap_ms)));
+            let rolled_m = (benches.left.travel_m - mishap_m).abs();
+            return Some((fault, tick.wrapping_sub(mishap_ms), rolled_m));
         }
     }
     unreachable!()

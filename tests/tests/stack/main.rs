@@ -13,6 +13,7 @@ mod key_noise;
 mod key_stop;
 mod latched;
 mod lease;
+mod long_counts;
 mod motion;
 mod request_order;
 mod retry;

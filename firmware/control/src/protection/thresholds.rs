@@ -11,6 +11,9 @@ use crate::units::{CONTROL_HZ, MetersPerCount, saturate_i32};
 /// Checkpoints in a stall time.
 pub(super) const CHECKPOINTS_LEN: usize = 8;
 
+/// A push is summed with so many bits less than a duty has.
+pub(super) const PUSH_SHIFT: u32 = 12;
+
 /// Both wheels' thresholds.
 #[derive(Clone, Debug)]
 pub struct Thresholds(pub(super) WheelPair<WheelThresholds>);
@@ -46,6 +49,8 @@ pub(super) struct WheelThresholds {
     pub speed_cost: i64,
     /// Duty times ticks \[2^-30\] that a speed of one step of travel per tick takes.
     pub acceleration_cost: i64,
+    /// Duty times looks that takes a wheel four counts far, slowly \[2^-18\].
+    pub push_max: i32,
     pub resting_error: i32,
     pub resting_duty: u32,
     pub quiet: QuietBounds,
@@ -63,7 +68,7 @@ pub(super) struct QuietBounds {
 }
 
 impl QuietBounds {
-    fn new(error_max: i32, resting_error: i32, standing_advance: i32) -> Self {
+    fn new(error_max: i32, resting_error: i32, advance: i32) -> Self {
         // A wheel that only just is not quiet is looked at: nothing is rounded up.
         let error = |steps: i32| {
             saturate_i32(i64::from(steps) << (I2F30::FRAC_NBITS - POSITION_BITS)) as u32
@@ -71,7 +76,7 @@ impl QuietBounds {
         Self {
             error: error(error_max),
             resting_error: error(resting_error),
-            advance: (standing_advance - 1) as u32,
+            advance: (advance - 1) as u32,
         }
     }
 }
@@ -89,24 +94,29 @@ impl WheelThresholds {
         let share = hz * f64::from(1 << (I2F30::FRAC_NBITS - POSITION_BITS));
         let error_max = steps(error_m_max);
         let four_counts = steps(4.0 * q_m);
-        let six_counts = four_counts / 2 * 3;
-        let standing_advance = four_counts.max(steps(0.002));
+        let three_counts = (four_counts >> 2) * 3;
+        let six_counts = (2 * three_counts).min(three_counts.max(error_max / 4));
+        let least_advance = steps(0.002);
+        let standing_advance = four_counts.max(least_advance);
+        let friction = nearest(ks, I2F30::FRAC_NBITS);
+        let speed_cost = nearest(kv * share, 8);
         let stall_ticks = (truncate(config.protection.stall_time_s * hz, 0) as u32).max(1);
         Self {
             error_max,
             counts_per_tick_max: saturate_i32(counts_per_tick_max(config, q) as i64) as u32,
             stall_ticks,
-            checkpoint_ticks: stall_ticks.div_ceil(CHECKPOINTS_LEN as u32),
+            checkpoint_ticks: (stall_ticks + CHECKPOINTS_LEN as u32 - 1) / CHECKPOINTS_LEN as u32,
             standing_advance,
             creeping_advance: 2 * standing_advance,
             reversed_run: six_counts.max(error_max / 20 * 3),
             runaway: six_counts.max(error_max / 20),
-            friction: nearest(ks, I2F30::FRAC_NBITS),
-            speed_cost: nearest(kv * share, 8),
-            acceleration_cost: nearest(ka * share * hz, 0),
+            friction,
+            speed_cost,
+            acceleration_cost: nearest(ka * (share * hz), 0),
+            push_max: saturate_i32((speed_cost * i64::from(four_counts)) >> (9 + PUSH_SHIFT)),
             resting_error: four_counts,
-            resting_duty: nearest(ks + 0.1, I2F30::FRAC_NBITS) as u32,
-            quiet: QuietBounds::new(error_max, four_counts, standing_advance),
+            resting_duty: friction as u32 + (1 << I2F30::FRAC_NBITS) / 10,
+            quiet: QuietBounds::new(error_max, four_counts, least_advance.max(four_counts >> 2)),
         }
     }
 }
@@ -124,5 +134,5 @@ impl WheelThresholds {
 #[inline]
 pub fn counts_per_tick_max(config: &Config, q: MetersPerCount) -> u64 {
     let speed_mps_max = max(config.limits.speed_mps_max, 0.1);
-    truncate(4.0 + 4.0 * speed_mps_max / (f64::from(CONTROL_HZ) * q.metres()), 0) as u64
+    4 + truncate(speed_mps_max * (4.0 / f64::from(CONTROL_HZ)) / q.metres(), 0) as u64
 }

@@ -5,7 +5,7 @@ use shared_proto::{Fault, Wheel};
 use super::last_changes::{Change, LastChanges};
 use super::runaway::Run;
 use super::sample::{Positions, WheelSample, position};
-use super::thresholds::{CHECKPOINTS_LEN, QuietBounds, WheelThresholds};
+use super::thresholds::{CHECKPOINTS_LEN, PUSH_SHIFT, QuietBounds, WheelThresholds};
 
 /// What a monitor finds; in the order of [`Fault`], which spares a table.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +41,8 @@ const SOME_TURNS: u32 = 3;
 /// So often no count turns round to somewhere else than where it came from: a wheel that trembles on an edge counts up and
 /// down, between the same two.
 const FLOATS: u32 = 5;
+/// A push takes at least so many looks, every other tick, to be in vain: the wheel of a heavy robot starts slowly.
+const LOOKS: i32 = 64;
 /// So far no wheel turns within a tick the other way than before: 0.2 mm \[2^-24 m\].
 const JUMP: u32 = 3355;
 
@@ -61,6 +63,8 @@ pub struct WheelMonitor {
     turns: u32,
     jumps: u32,
     turn_tick: u32,
+    /// Sum over the ticks since the last count of the duty beyond what friction takes, towards the setpoint \[2^-18\].
+    push: i32,
     changes: LastChanges,
     /// The present series of changes against the setpoint, or away from one at rest.
     run: Option<Run>,
@@ -83,6 +87,7 @@ impl WheelMonitor {
             turns: 0,
             jumps: 0,
             turn_tick: 0,
+            push: 0,
             changes: LastChanges::BLANK,
             run: None,
             checkpoints: [POSITIONS; CHECKPOINTS_LEN],
@@ -102,6 +107,7 @@ impl WheelMonitor {
         self.last = Change { tick: 0, positions: start };
         self.counts = (view.counts, view.counts);
         (self.goings_back, self.turns, self.jumps) = (0, 0, 0);
+        self.push = 0;
         self.changes.begin(self.last);
         self.run = None;
         self.checkpoints = [start; CHECKPOINTS_LEN];
@@ -172,6 +178,7 @@ impl WheelMonitor {
         let positions = view.positions();
         let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
         let too_far = positions.error().unsigned_abs() > limits.error_max as u32;
+        self.add_push(limits, view);
         let found = if goes_on && self.runs_against_motor(limits, view, supply_scale) {
             WheelFault::EncoderReversed
         } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
@@ -234,6 +241,7 @@ impl WheelMonitor {
         let change = Change { tick: self.tick, positions };
         self.changes.push(change);
         self.last = change;
+        self.push = 0;
     }
 
     /// The count goes the other way than the motor drives the wheel.
@@ -250,11 +258,25 @@ impl WheelMonitor {
         self.run.as_mut().is_some_and(|run| run.runs_against_motor(limits, sample, (tick, lately)))
     }
 
+    /// What there is of it while the setpoint is within a count of the last one is left out.
+    #[inline(always)]
+    fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) {
+        let duty = view.duty().0.to_bits();
+        let along = match view.positions().since(self.last.positions).setpoint {
+            0.. => duty,
+            _ => -duty,
+        };
+        if !view.rests() && self.run.is_none() {
+            let excess = (along - limits.resting_duty as i32) >> PUSH_SHIFT;
+            self.push += excess.clamp(0, limits.push_max / LOOKS);
+        }
+    }
+
     fn standing_ticks(&self) -> u32 {
         self.tick.wrapping_sub(self.last.tick)
     }
 
-    /// The count stands still while the setpoint advances.
+    /// The count stands still while the setpoint advances, or while the motor pushes as much as takes a wheel four counts far.
     ///
     /// A setpoint that only catches up with the wheel tells nothing: after the encoder check the wheel is
     /// ahead of its motion.
@@ -267,6 +289,7 @@ impl WheelMonitor {
         let ahead = if since < 0 { error.wrapping_neg() } else { error };
         (advance.min(ahead) >= limits.standing_advance
             && self.standing_ticks() >= limits.stall_ticks)
+            || self.push > limits.push_max
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 

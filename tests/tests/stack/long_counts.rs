@@ -1,0 +1,50 @@
+//! Encoders with few counts a turn: how far a wheel rolls after its encoder died in a slow drive.
+
+use beeline_tests::robot::{Robot, meters, on_robot};
+use shared_proto::{Config, Fault, Wheel};
+use sim_target::Scenario;
+use sim_target::plant::PlantFault;
+
+/// Counts a turn, and how far a wheel may roll in the drive \[mm\] (docs/safety.md).
+const ENCODERS: [(f64, f64); 6] =
+    [(900.0, 9.0), (360.0, 13.0), (200.0, 26.0), (100.0, 36.0), (64.0, 48.0), (48.0, 58.0)];
+/// From the start of the motion until the encoder dies \[s\]; a count of 4.7 mm takes 0.47 s.
+const INTO_S: [f64; 5] = [3.0, 3.1, 3.2, 3.3, 3.4];
+
+fn coarse(counts_per_rev: f64) -> (Scenario, Config) {
+    let (mut scenario, mut config) = (Scenario::default(), Config::default());
+    scenario.plant.encoder.left.counts_per_rev = counts_per_rev;
+    scenario.plant.encoder.right.counts_per_rev = counts_per_rev;
+    config.encoder.left.counts_per_rev = counts_per_rev;
+    config.encoder.right.counts_per_rev = counts_per_rev;
+    (scenario, config)
+}
+
+/// How far the left wheel rolled until it stood \[mm\], and the fault.
+async fn rolled_mm(robot: &mut Robot, into_s: f64) -> (f64, Fault) {
+    let id = robot.cruise(&meters(1.0, 1.0, 0.01, 0.02), into_s).await;
+    let before = robot.snapshot();
+    robot.testbed.inject(PlantFault::EncoderUnplugged(Wheel::Left));
+    robot.renew(id, 3.0).await;
+    let rolled_m = robot.snapshot().rolled_m.left - before.rolled_m.left;
+    (rolled_m * 1000.0, robot.fault().await.expect("named").fault)
+}
+
+#[test]
+fn a_dead_encoder_with_few_counts_does_not_let_its_wheel_run() {
+    for (counts_per_rev, most_mm) in ENCODERS {
+        let (scenario, config) = coarse(counts_per_rev);
+        let mut all_mm = Vec::new();
+        for into_s in INTO_S {
+            let (mm, fault) = on_robot(&scenario, async |robot| {
+                robot.session.write_config(&config).await.expect("valid");
+                rolled_mm(robot, into_s).await
+            });
+            let names = [Fault::NoResponse(Wheel::Left), Fault::EncoderDead(Wheel::Left)];
+            assert!(names.contains(&fault), "{counts_per_rev} counts: {fault}");
+            all_mm.push(mm);
+        }
+        println!("{counts_per_rev} counts a turn: {all_mm:.1?} mm");
+        assert!(all_mm.iter().all(|mm| *mm < most_mm), "{counts_per_rev} counts: {all_mm:?} mm");
+    }
+}

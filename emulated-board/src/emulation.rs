@@ -240,7 +240,9 @@ impl Driver<Nucleo> for Lockstep {
             machine.board_mut().show_revision();
             PLANT_AND_HOST.with_borrow(|slot| {
                 if let Some(around) = slot {
-                    around.monitor.0.borrow_mut().resets_us.push(reset_us);
+                    let mut monitor = around.monitor.0.borrow_mut();
+                    monitor.resets_us.push(reset_us);
+                    monitor.lines.show_again();
                 }
             });
         }

@@ -73,6 +73,11 @@ impl EncoderLines {
         *self.renew.get_mut(wheel) = true;
     }
 
+    /// Shows the levels again, to a chip that has restarted.
+    pub fn show_again(&mut self) {
+        self.renew = WheelPair::both(true);
+    }
+
     /// The pins' levels on the way to a count, if they may have changed. Line A leads while the count rises.
     pub fn levels(&mut self, wheel: Wheel, count: i64) -> Option<[Level; 2]> {
         let shown = self.shown.get_mut(wheel);

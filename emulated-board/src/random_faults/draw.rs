@@ -123,11 +123,14 @@ impl Case {
         let delay_us = delay_us(rng, phase, &motion, cruise_s);
         let supply_v_min = config.as_ref().unwrap_or(&Config::default()).protection.supply_v_min;
         let supply = (supply_v, supply_v_min);
-        let finer = (counts_per_rev / COUNTS_PER_REV).max(1.0);
-        let first = kind(rng, phase, supply).with_noise_of(finer);
+        let shown = |kind: FaultKind| match counts_per_rev > COUNTS_PER_REV {
+            true => kind.without_noise(),
+            false => kind,
+        };
+        let first = shown(kind(rng, phase, supply));
         let second = rng
             .random_bool(0.25)
-            .then(|| (kind(rng, phase, supply).with_noise_of(finer), rng.random_range(0..60_000)))
+            .then(|| (shown(kind(rng, phase, supply)), rng.random_range(0..60_000)))
             .filter(|(second, _)| may_follow(*second, first));
         Self {
             seed,

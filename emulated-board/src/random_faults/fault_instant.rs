@@ -59,8 +59,13 @@ const FEW_COUNTS: f64 = 6.0;
 /// counts, and what it speeds up meanwhile \[m/s\]. It grows with the root of a count.
 const SLOW_MPS: f64 = 0.075;
 const SLOW_COUNT_M: f64 = 0.25e-3;
-/// What a wheel may turn without a count that can be trusted (`firmware/control/src/protection`), or six counts \[mm\].
+/// What a wheel may turn without a count that can be trusted (`firmware/control/src/protection`), or six counts in the check
+/// \[mm\].
 const BLIND_MM: f64 = 10.0;
+/// In a drive, with counts longer than this, so far and nine counts (docs/safety.md, long counts) \[m, mm\].
+const LONG_COUNT_M: f64 = 0.6e-3;
+const LONG_COUNTS_MM: f64 = 14.0;
+const LONG_COUNTS: f64 = 9.0;
 /// The stall time, and a look at it \[ms\].
 const STALL_MS: f64 = 70.0;
 /// The times of the host's looks at the robot, ticks of planning, and a settled wheel's 250 ms \[ms\].
@@ -166,7 +171,7 @@ impl FaultInstant {
             // The setpoint advances no more, or not far enough.
             (Situation::Moving, None) if !self.moves_later => {
                 names.push(Name::Harmless);
-                (MotorsOff::WithinOrTravel(self.end_ms, self.blind_mm()), names)
+                (MotorsOff::WithinOrTravel(self.end_ms + VIEW_MS, self.blind_mm()), names)
             }
             (Situation::Rest, _) if !self.moves_later => {
                 (MotorsOff::NotNeeded, vec![Name::Harmless])
@@ -180,7 +185,12 @@ impl FaultInstant {
 
     /// What a wheel may turn without a count that can be trusted \[mm\].
     fn blind_mm(&self) -> f64 {
-        BLIND_MM.max(FEW_COUNTS * self.count_m * 1000.0)
+        let count_mm = 1000.0 * self.count_m;
+        match self.situation {
+            Situation::Before => BLIND_MM.max(FEW_COUNTS * count_mm),
+            _ if self.count_m > LONG_COUNT_M => LONG_COUNTS_MM + LONG_COUNTS * count_mm,
+            _ => BLIND_MM,
+        }
     }
 
     /// Whether its counts do not tell why they end: the wheel stands, and is driven from rest next; or its count has changed

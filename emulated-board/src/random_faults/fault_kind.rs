@@ -146,10 +146,11 @@ impl FaultKind {
         .into()
     }
 
-    /// Interference with so many times the counts; all else as it is.
-    pub fn with_noise_of(self, times: f64) -> Self {
+    /// The same, or a plug that is out instead of interference: the pins show one count at a look, which is too slow for what
+    /// no wheel with a fine encoder can turn.
+    pub fn without_noise(self) -> Self {
         match self {
-            FaultKind::EncoderNoise(wheel, rate) => FaultKind::EncoderNoise(wheel, times * rate),
+            FaultKind::EncoderNoise(wheel, _) => FaultKind::EncoderUnplugged(wheel),
             other => other,
         }
     }

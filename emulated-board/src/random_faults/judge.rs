@@ -73,6 +73,7 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
             continue;
         }
         let own_ms = if happened.kind.is_of_the_program() { 0.0 } else { delay_ms };
+        let own_ms = own_ms + overlaid_ms(happened, &observed.happened);
         let late = match promise.bound {
             MotorsOff::NotNeeded => false,
             MotorsOff::Within(ms) => driven.ms > ms + own_ms,
@@ -114,6 +115,15 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
     let Driven { ms, at_all, .. } = promises[0].1;
     let situation = FaultInstant::new(case, &observed.timeline, &first).situation;
     Verdict { names, off_ms: ms, bound_ms, was_driven: at_all, situation, wrong }
+}
+
+/// How much later something else happened to the same wheel \[ms\]: what the count did until then tells nothing any more.
+fn overlaid_ms(happened: &Happened, all: &[Happened]) -> f64 {
+    let wheel = happened.kind.wheel();
+    all.iter()
+        .filter(|other| wheel.is_some() && other.kind.wheel() == wheel)
+        .map(|other| other.at_us.saturating_sub(happened.at_us) as f64 / 1000.0)
+        .fold(0.0, f64::max)
 }
 
 /// A lead that nothing was missing of is named by the next motion: its check, or the motion itself.

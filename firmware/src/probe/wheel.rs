@@ -20,10 +20,13 @@ const EXPECTED_M_MAX: f64 = 0.0068;
 const EXPECTED_COUNTS_MAX: f64 = 6.0;
 /// The share of that travel which is pushed slowly.
 const SLOW_SHARE: i64 = 5;
-/// Counts that tell a direction.
-const COUNTS_MIN: f64 = 3.0;
-/// Travel that tells a direction, against the backlash and shiver that fine encoders see \[m\].
-const TRAVEL_M_MIN: f64 = 0.0002;
+/// Counts that tell a direction; of counts so long that three of them are more than [`TRAVEL_M_ENOUGH`], the fewer.
+const COUNTS_MIN: u32 = 3;
+const LONG_COUNTS_MIN: u32 = 2;
+/// Travel that tells a direction for certain \[m\].
+const TRAVEL_M_ENOUGH: f64 = 0.002;
+/// The share of that which is taken against the backlash and shiver that fine encoders see.
+const FINE_SHARE: u32 = 10;
 /// A count that has moved the wrong way is called reversed after this long \[ticks\]: interference that began within a tick,
 /// and so looked slow, is known for what it is by then.
 const AGAINST_TICKS: u32 = 3;
@@ -88,6 +91,7 @@ impl PushLimits {
         let lag =
             truncate(min(1.0, 1.0 / max(constant_ticks, 1.0 / ROLL_TICKS_MAX)), LAG_BITS).max(1);
         let ks = bits(min(ks, 1.0));
+        let enough = truncate(TRAVEL_M_ENOUGH / q_m, 0) as u32;
         Self {
             duty_max: bits(min(config.protection.probe_duty_max, config.limits.duty_max)),
             ks,
@@ -99,7 +103,7 @@ impl PushLimits {
             roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_ticks, ROLL_TICKS_MAX), 0) as u32,
             hold_ticks: truncate(config.protection.stall_time_s * (HOLD_STALL_TIMES * hz), 0)
                 as u32,
-            counts: truncate(max(COUNTS_MIN, TRAVEL_M_MIN / q_m), 0),
+            counts: i64::from(enough.clamp(LONG_COUNTS_MIN, COUNTS_MIN).max(enough / FINE_SHARE)),
             counts_per_tick_max: counts_per_tick_max(config, q),
         }
     }

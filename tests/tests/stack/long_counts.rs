@@ -48,3 +48,54 @@ fn a_dead_encoder_with_few_counts_does_not_let_its_wheel_run() {
         assert!(all_mm.iter().all(|mm| *mm < most_mm), "{counts_per_rev} counts: {all_mm:?} mm");
     }
 }
+
+#[test]
+fn a_sound_robot_with_twice_the_friction_passes_its_check_with_any_encoder() {
+    let mut refused = Vec::new();
+    for counts_per_rev in
+        [48.0, 64.0, 69.0, 100.0, 130.0, 187.0, 220.0, 260.0, 300.0, 360.0, 450.0, 900.0]
+    {
+        for (friction, payload_kg, supply_v) in [
+            (1.0, 0.0, 12.0),
+            (1.5, 0.0, 12.0),
+            (2.0, 0.0, 12.0),
+            (2.0, 4.0, 12.0),
+            (2.0, 0.0, 17.0),
+            (2.0, 3.0, 17.0),
+            (2.0, 4.0, 17.5),
+            (2.0, 4.0, 9.6),
+            (2.5, 0.0, 12.0),
+        ] {
+            let (mut scenario, config) = coarse(counts_per_rev);
+            scenario.plant.body.payload_kg = payload_kg;
+            scenario.plant.supply.open_circuit_v = supply_v;
+            scenario.plant.motor.left.coulomb_torque_nm *= friction;
+            scenario.plant.motor.right.coulomb_torque_nm *= friction;
+            for into in 0..4 {
+                let fault = on_robot(&scenario, async |robot| {
+                    robot.session.write_config(&config).await.expect("valid");
+                    robot.listen(0.1).await;
+                    // The wheels stand somewhere else between two counts.
+                    let short_m = 0.02 + 0.3e-3 * f64::from(into);
+                    let id = robot.cruise(&meters(short_m, short_m, 0.05, 0.2), 0.1).await;
+                    robot.finish(id).await;
+                    robot.fault().await
+                });
+                if let Some(report) = fault {
+                    refused.push((
+                        counts_per_rev,
+                        friction,
+                        payload_kg,
+                        supply_v,
+                        into,
+                        report.fault,
+                    ));
+                }
+            }
+        }
+    }
+    for r in &refused {
+        println!("REF {r:?}");
+    }
+    assert!(refused.is_empty(), "{refused:#?}");
+}

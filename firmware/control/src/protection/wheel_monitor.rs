@@ -266,7 +266,7 @@ impl WheelMonitor {
             0.. => duty,
             _ => -duty,
         };
-        if !view.rests() && self.run.is_none() {
+        if !view.rests() && (self.run.is_none() || self.goings_back != 0) {
             let excess = (along - limits.resting_duty as i32) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
         }

@@ -47,6 +47,23 @@ fn every_field_out_of_range_in_a_file_is_refused_by_name() {
 }
 
 #[test]
+fn a_supply_that_could_never_be_right_is_refused_and_may_be_mended() {
+    let temp = TempFolder::new();
+    let message = temp.run("config set protection.supply_v_min 19").refused();
+    assert!(
+        message.contains("(19 V) would not be below protection.supply_v_max (18.5 V)"),
+        "{message}"
+    );
+    temp.run("config export mine.toml").ok();
+    let mine = String::from_utf8(temp.read("mine.toml")).unwrap();
+    let lower = mine.replace("supply_v_max = 18.5", "supply_v_max = 8.0");
+    temp.write("lower.toml", &lower);
+    let message = temp.run("config import lower.toml --save --flash flash").refused();
+    assert!(message.contains("never be armed"), "{message}");
+    temp.run("config set protection.supply_v_min 7").ok();
+}
+
+#[test]
 fn a_value_that_is_no_value_of_its_field_is_refused() {
     let temp = TempFolder::new();
     for (arguments, expected) in [

@@ -71,6 +71,7 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
     let (before, after) = with_robot(&common.port, &common.sim(), async |session, _| {
         let before = session.read_config().await?;
         let after = change(&before)?;
+        refuse_contradiction(&before, &after)?;
         session.write_config(&after).await?;
         if save && let Err(error) = session.save_config().await {
             // What could not be saved is not used either.
@@ -105,6 +106,22 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
         (_, true) => "written, read back and saved",
     });
     Ok(())
+}
+
+/// Each value is in its range, and no supply would be right: said before it is so, and not to somebody who mends it.
+fn refuse_contradiction(before: &Config, after: &Config) -> Result<()> {
+    let contradicts = |config: &Config| {
+        let protection = &config.protection;
+        (protection.supply_v_min >= protection.supply_v_max)
+            .then_some((protection.supply_v_min, protection.supply_v_max))
+    };
+    match (contradicts(before), contradicts(after)) {
+        (None, Some((min, max))) => Err(Error::new(format_args!(
+            "protection.supply_v_min ({min} V) would not be below protection.supply_v_max ({max} V): the robot could never be armed"
+        ))
+        .hint("set the other one first; what the battery has empty and full lies between them")),
+        _ => Ok(()),
+    }
 }
 
 /// Of counts so long that the encoder check and the protection see little: said when they get so.

@@ -75,7 +75,7 @@ const fn check_for(ks_v: f64, slower: f64) -> CheckFor {
     CheckFor { ks_v, slower }
 }
 
-/// A longer count may be too few of them for the encoder check, which gives slow motors about a second for three \[m\].
+/// A longer count may be too few of them for the encoder check, which gives slow motors about a second for two \[m\].
 const COARSE_M: f64 = 0.005;
 /// Share of the supply that is used.
 const SUPPLY_SHARE: f64 = 0.9;
@@ -455,7 +455,7 @@ pub fn too_coarse(config: &Config, fault: Fault) -> Option<Error> {
     let count_m = longer_count_m(config);
     (is_of_check(fault) && count_m > COARSE_M).then(|| {
         Error::said_no(format_args!(
-            "one count of the encoder is {:.0} mm of travel: the encoder check waits about a second for three of them, saw fewer, and ended with the fault {fault}",
+            "one count of the encoder is {:.0} mm of travel: the encoder check waits about a second for two of them, saw fewer, and ended with the fault {fault}",
             count_m * 1e3,
         ))
         .hint("an encoder on the motor's shaft counts finer than one on the wheel's; if the wheels did not turn at all, something blocks them")
@@ -525,4 +525,29 @@ fn no_motion() -> Error {
 fn too_little_floor() -> Error {
     Error::new("the robot has too little floor left for its next experiment")
         .hint("give more with --floor, and put the robot at its beginning")
+}
+
+#[cfg(test)]
+mod tests {
+    use shared_proto::Wheel;
+
+    use super::*;
+
+    /// So often the check is tried again.
+    fn tries(counts_per_rev: f64, fault: Fault) -> usize {
+        let mut config = Config::default();
+        config.encoder.left.counts_per_rev = counts_per_rev;
+        config.encoder.right.counts_per_rev = counts_per_rev;
+        let mut experiments = Experiments::new(&config, 12.0);
+        std::iter::repeat_with(|| experiments.check_again(fault)).take_while(|again| *again).count()
+    }
+
+    #[test]
+    fn the_longer_check_is_for_slow_motors_with_long_counts_and_no_other_fault() {
+        let [no_response, dead] = [Fault::NoResponse, Fault::EncoderDead].map(|of| of(Wheel::Left));
+        let more = CHECKS.len() - 1;
+        assert_eq!(tries(30.0, no_response), more + CHECKS_OF_SLOW.len());
+        assert_eq!(tries(30.0, dead), more);
+        assert_eq!(tries(900.0, no_response), more);
+    }
 }

@@ -24,8 +24,9 @@ use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
 use crate::residuals::unexplained::counts_start_anew;
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
+use crate::selection::chance::is_chance;
 use crate::selection::effect_test::OWN_SHARE_MIN;
-use crate::selection::select::{Selection, is_chance};
+use crate::selection::select::Selection;
 use crate::selection::track_gain::TrackGain;
 
 /// Explains a campaign with the effects of the catalogue.
@@ -97,7 +98,7 @@ pub fn explain_observed(
     }
     let reached = steps.iter().map(|step| step.cross_validated);
     let reached: Vec<Errors> = core::iter::once(baseline.cross_validated).chain(reached).collect();
-    let (reachable, unexplained) = reachable_and_unexplained(&choice, &reached);
+    let (reachable, unexplained) = reachable_and_unexplained(&choice, &reached, catalogue);
     let rejected = rejected(&choice, known.iter().chain(&steps));
     let mean = mean(&choice);
     let predicts_with = averaged(&choice, &mean);

@@ -8,6 +8,7 @@
 //! | `parameters.rs` | values and intervals |
 //! | `progress.rs` | [`Progress`]: what was found so far |
 //! | `reachable_error.rs` | what any model could reach, how far above it the error is, an equation for the rest |
+//! | `quiet_runs.rs` | the same, where some runs are off by far more than the others |
 //! | `tolerance.rs` | what is too small to matter |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
@@ -27,6 +28,7 @@ pub(crate) mod model_choice;
 pub(crate) mod next_run;
 pub(crate) mod parameters;
 pub(crate) mod progress;
+pub(crate) mod quiet_runs;
 pub(crate) mod reachable_error;
 #[cfg(test)]
 mod tests;

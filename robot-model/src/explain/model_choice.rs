@@ -9,9 +9,10 @@ use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::flexible_model::{Flexible, flexible, lower};
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
+use crate::selection::chance::is_chance;
 use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;
-use crate::selection::select::{Selection, backward_elimination, is_chance, select};
+use crate::selection::select::{Selection, backward_elimination, select};
 
 /// The effects chosen for a campaign.
 pub(crate) struct Choice<'a> {

@@ -1,8 +1,10 @@
 //! What could any model reach? How far above it is the error of the chosen effects, on what does that depend, and which
 //! equation says it?
 
+use crate::effect::definition::Effect;
 use crate::estimation::errors::Errors;
 use crate::explain::model_choice::{Choice, EXCESS_MAX};
+use crate::explain::quiet_runs::reachable_on_quiet_runs;
 use crate::explain::tolerance::resolved_m;
 use crate::residuals::expression::expression;
 use crate::residuals::flexible_model::{displacement_m, lower};
@@ -15,6 +17,7 @@ use crate::residuals::unexplained::{Unexplained, unexplained};
 pub(super) fn reachable_and_unexplained(
     choice: &Choice<'_>,
     reached: &[Errors],
+    catalogue: &[&dyn Effect],
 ) -> (Errors, Unexplained) {
     let Choice { prepared, flexible, alternative, .. } = choice;
     let track_width_m = prepared.robot.track_width_m;
@@ -30,6 +33,10 @@ pub(super) fn reachable_and_unexplained(
     let begun = match alternative {
         Some(alternative) => lower(&flexible.reachable, &alternative.errors, track_width_m),
         None => flexible.reachable,
+    };
+    let begun = match reachable_on_quiet_runs(prepared, &choice.selected, catalogue) {
+        Some(quiet) => lower(&begun, &quiet, track_width_m),
+        None => begun,
     };
     let reachable = lowest(begun, reached, track_width_m);
     let after = reached.last().unwrap_or(&reachable);

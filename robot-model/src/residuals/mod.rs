@@ -23,7 +23,7 @@ pub(crate) mod floor_location;
 pub(crate) mod heavy_tails;
 pub(crate) mod regressor;
 pub(crate) mod ripple;
-mod uneven_runs;
+pub(crate) mod uneven_runs;
 pub(crate) mod unexplained;
 
 pub use expression::Expression;

@@ -25,7 +25,7 @@ use crate::recording::campaign::{Prepared, PreparedRun};
 /// Longer recordings show heavy tails number by number.
 const ROWS_MAX: usize = 500;
 /// Fewer runs do not tell what is usual.
-const RUNS_MIN: usize = 6;
+pub(crate) const RUNS_MIN: usize = 6;
 /// Significance level of (1).
 const P_MAX: f64 = 1e-3;
 /// On both sides of the gap the mean square differs by this factor at least.
@@ -58,8 +58,23 @@ impl FilterObserver for Squares {
     }
 }
 
-/// Whether some runs are off by far more than others, and what they have in common.
-pub(crate) fn uneven_runs<'a>(prepared: &'a Prepared, fitted: &Fitted<'_>) -> Option<UnevenRuns> {
+/// Runs that are off by far more than the others, and these.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Divided {
+    /// The places of the runs that are off.
+    pub loud: Vec<usize>,
+    /// Those of the others.
+    pub quiet: Vec<usize>,
+    /// Probability of runs as unequal by chance.
+    pub p_value: f64,
+}
+
+/// Whether some runs are off by far more than others, and which; at least so many are not off.
+pub(crate) fn divided(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
+    quiet_min: usize,
+) -> Option<Divided> {
     let fixed = Terms::Fixed(&fitted.terms);
     let squares = parallel::map(&prepared.runs, |run| {
         let mut squares = Squares::default();
@@ -67,12 +82,12 @@ pub(crate) fn uneven_runs<'a>(prepared: &'a Prepared, fitted: &Fitted<'_>) -> Op
         squares
     });
     let rows: f64 = squares.iter().map(|squares| squares.rows).sum();
-    let measured = || prepared.runs.iter().zip(&squares).filter(|(_, squares)| squares.rows > 0.0);
+    let measured = || squares.iter().enumerate().filter(|(_, squares)| squares.rows > 0.0);
     if rows >= ROWS_MAX as f64 || measured().count() < RUNS_MIN {
         return None;
     }
     let mean = squares.iter().map(|squares| squares.sum).sum::<f64>() / rows;
-    let mut runs: Vec<(&'a PreparedRun, f64, f64)> = measured()
+    let mut runs: Vec<(usize, f64, f64)> = measured()
         .map(|(run, squares)| {
             (run, (squares.sum / squares.rows).max(QUIETEST * mean), squares.rows)
         })
@@ -80,17 +95,22 @@ pub(crate) fn uneven_runs<'a>(prepared: &'a Prepared, fitted: &Fitted<'_>) -> Op
     runs.sort_by(|a, b| a.1.total_cmp(&b.1));
     let p_value =
         unequal(&runs.iter().map(|(_, square, rows)| (*square, *rows)).collect::<Vec<_>>());
-    let split = (1..runs.len())
+    let split = (quiet_min..runs.len())
         .max_by(|a, b| (runs[*a].1 / runs[a - 1].1).total_cmp(&(runs[*b].1 / runs[b - 1].1)))?;
     let (quiet, loud) = runs.split_at(split);
-    let mean_of = |side: &[(&PreparedRun, f64, f64)]| {
+    let mean_of = |side: &[(usize, f64, f64)]| {
         side.iter().map(|(_, square, _)| square).sum::<f64>() / side.len() as f64
     };
     let differs = p_value < P_MAX && mean_of(loud) > TIMES_MIN * mean_of(quiet);
-    let runs_of = |side: &[(&'a PreparedRun, f64, f64)]| {
-        side.iter().map(|(run, _, _)| *run).collect::<Vec<_>>()
-    };
-    differs.then(|| UnevenRuns { regressor: common(&runs_of(loud), &runs_of(quiet)), p_value })
+    let runs_of = |side: &[(usize, f64, f64)]| side.iter().map(|(run, _, _)| *run).collect();
+    differs.then(|| Divided { loud: runs_of(loud), quiet: runs_of(quiet), p_value })
+}
+
+/// Whether some runs are off by far more than others, and what they have in common.
+pub(crate) fn uneven_runs(prepared: &Prepared, fitted: &Fitted<'_>) -> Option<UnevenRuns> {
+    let Divided { loud, quiet, p_value } = divided(prepared, fitted, 1)?;
+    let runs_of = |side: &[usize]| side.iter().map(|run| &prepared.runs[*run]).collect::<Vec<_>>();
+    Some(UnevenRuns { regressor: common(&runs_of(&loud), &runs_of(&quiet)), p_value })
 }
 
 /// The p-value of (1), from the mean square and the number of rows of each run.
@@ -139,8 +159,7 @@ fn cells(run: &PreparedRun) -> BTreeSet<[i64; 2]> {
 mod tests {
     use super::*;
     use crate::explain::explain;
-    use crate::recording::campaign::Campaign;
-    use crate::tests::synthetic::{campaign, full_plan};
+    use crate::tests::synthetic::{ends, push_some_aside};
 
     #[test]
     fn equal_variances_are_usual_and_a_run_ten_times_as_loud_is_not() {
@@ -151,27 +170,13 @@ mod tests {
         assert!(unequal(&loud) < P_MAX, "{}", unequal(&loud));
     }
 
-    /// A campaign of which only the ends of runs were measured.
-    fn ends(seed: u64) -> Campaign {
-        let mut campaign = campaign(&full_plan(), &[], seed);
-        for run in &mut campaign.runs {
-            let poses = &mut run.measured_poses;
-            poses.drain(1..poses.len() - 1);
-        }
-        campaign
-    }
-
     #[test]
     fn runs_pushed_aside_do_not_pass_for_the_noise_of_all() {
         for seed in 0..4 {
             let sound = explain(&ends(seed)).unwrap().unexplained;
             assert!(!sound.structure, "{sound:?}");
             let mut pushed = ends(seed);
-            for (index, run) in pushed.runs.iter_mut().enumerate().filter(|(i, _)| i % 5 == 2) {
-                let last = run.measured_poses.last_mut().unwrap();
-                let aside_m = if index % 2 == 0 { 0.03 } else { -0.03 };
-                last.position_m = last.position_m.map(|[x_m, y_m]| [x_m + aside_m, y_m - aside_m]);
-            }
+            push_some_aside(&mut pushed);
             let found = explain(&pushed).unwrap().unexplained;
             assert!(found.structure, "{found:?}");
             assert_eq!(found.depends_on, [Regressor::Run]);

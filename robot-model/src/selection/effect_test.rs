@@ -33,6 +33,9 @@ const EXCITED_SHARE: f64 = 0.5;
 /// An effect does not act on a kind that holds no more than this share of the information about it.
 const ACTS_SHARE: f64 = 1e-3;
 
+/// Fewer numbers than this do not tell the noise well: the ends of twenty runs are sixty.
+const FEW_NUMBERS: f64 = 500.0;
+
 /// Which columns are tested, given which.
 pub(crate) struct Hypothesis<'q> {
     pub model: &'q [usize],
@@ -59,6 +62,11 @@ pub(crate) struct EffectTest {
     pub p_value: f64,
     /// The same, if the dispersion were known exactly.
     pub p_value_of_many: f64,
+    /// How many parameters it has, and the degrees of freedom of the dispersion.
+    pub own: usize,
+    pub known_from: Option<f64>,
+    /// Few numbers were measured in all runs.
+    pub few_numbers: bool,
     /// It has a shape, which is fitted to all folds: its gain (2) is not altogether cross-validated.
     pub has_shape: bool,
     /// It acts on a sensor and moves no track, so no track says anything against it.
@@ -85,6 +93,13 @@ impl EffectTest {
     /// Cross-validated runs get better, and the value is physical.
     pub fn is_sound(&self) -> bool {
         self.cross_validated_gain > 0.0 && !self.implausible && self.own_share > OWN_SHARE_MIN
+    }
+
+    /// The same test, with a gain of at most this in place of (1).
+    pub fn with_gain_at_most(&self, most: f64) -> Self {
+        let gain = self.gain.min(most);
+        let p_value = probability(self.own, self.known_from, gain / self.dispersion);
+        Self { gain, p_value: p_value.max(self.p_value), ..self.clone() }
     }
 
     /// Of the folds that it touches, not more get worse than better.
@@ -222,13 +237,16 @@ fn test_amplitudes(
     // A shape is fitted as well, to whatever chance offers.
     let own = hypothesis.asked.len().max(hypothesis.effect.facts().parameters.len());
     let p_value_of_many = chi_squared(own, gain / dispersion);
+    let known_from = known_from(equations, freedom);
     EffectTest {
         gain,
         cross_validated_gain,
         dispersion,
-        p_value: known_from(equations, freedom)
-            .map_or(p_value_of_many, |degrees| fisher(own, degrees, gain / dispersion)),
+        p_value: probability(own, known_from, gain / dispersion),
         p_value_of_many,
+        own,
+        known_from,
+        few_numbers: equations.total.rows < FEW_NUMBERS,
         has_shape: own > hypothesis.asked.len(),
         moves_no_track: hypothesis.effect.facts().acts_on == ActsOn::Gyro,
         own_share,
@@ -240,6 +258,11 @@ fn test_amplitudes(
         values,
         implausible,
     }
+}
+
+/// Probability by chance of at least this gain by so many parameters, over a dispersion of so many degrees of freedom.
+fn probability(own: usize, known_from: Option<f64>, gain: f64) -> f64 {
+    known_from.map_or_else(|| chi_squared(own, gain), |degrees| fisher(own, degrees, gain))
 }
 
 /// The kind of run that an effect fitted to the other kinds makes worst, if there is one.

@@ -6,6 +6,7 @@
 //! | `candidates.rs` | every candidate beside a fitted model, from one set of normal equations |
 //! | `answers.rs` | what has been asked of a fitted model and its candidates: each question takes a pass over all runs |
 //! | `effect_test.rs` | the test of one effect: likelihood, cross-validation, agreement between runs |
+//! | `chance.rs` | may an effect that passes its test be there by chance? |
 //! | `dispersion.rs` | by how much more runs disagree about an effect than their noise explains |
 //! | `track_gain.rs` | what tracks of other runs gain by an effect, and whether that may be chance |
 //! | `classes.rs` | effects that a campaign cannot tell apart |
@@ -15,6 +16,7 @@
 
 mod answers;
 pub(crate) mod candidates;
+pub(crate) mod chance;
 pub(crate) mod classes;
 pub(crate) mod dispersion;
 pub(crate) mod effect_test;

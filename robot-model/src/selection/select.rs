@@ -11,20 +11,13 @@ use crate::effect::definition::Effect;
 use crate::estimation::fit::{Fitted, fit, fit_afresh, fit_roughly, minus_two_log_likelihood};
 use crate::recording::campaign::Prepared;
 use crate::selection::candidates::{Candidate, RIVAL_MARGIN, Screening, is_geometry, penalty};
+use crate::selection::chance::{is_chance, without_chance_by_own_noise};
 use crate::selection::effect_test::EffectTest;
 
 /// Most effects in a model.
 const EFFECTS_MAX: usize = 8;
 /// After this many models only removals are tried: real data always offer one more effect.
 const MODELS_MAX: usize = 16;
-/// How often the likelihood alone asks for an effect in a perfect robot. Cross-validation refuses most of these,
-/// so that fewer than 5 % of perfect robots get one.
-const FALSE_ALARM: f64 = 0.12;
-/// Stricter beside another effect: where an equation misses part of its own effect, the rest resembles one more.
-const FALSE_ALARM_BESIDE: f64 = 0.06;
-/// Strictest for an effect with a shape, of which cross-validation refuses fewer, and for one of a sensor, which no
-/// track can refuse.
-const FALSE_ALARM_STRICTEST: f64 = 0.04;
 /// Screening lets more pass: an effect that fails its test is removed in the end.
 const SCREENING_P_MAX: f64 = 0.03;
 /// This many of the effects that fail at first are tested again, with the noise that they leave.
@@ -93,7 +86,9 @@ pub(crate) fn backward_elimination<'a>(
     let mut fitted = fit_afresh(prepared, with_whole_geometry(terms, catalogue));
     loop {
         let screening = Screening::new(prepared, &fitted, catalogue);
-        let Some(terms) = removal(prepared, &screening, &fitted) else {
+        let removal = removal(prepared, &screening, &fitted)
+            .or_else(|| without_chance_by_own_noise(prepared, &screening, &fitted));
+        let Some(terms) = removal else {
             match better_without(prepared, catalogue, &screening, &fitted) {
                 Some(without) => fitted = without,
                 None => return Selection::new(fitted, screening),
@@ -136,6 +131,7 @@ fn standing<'a>(
     let fitted = fit_afresh(prepared, terms);
     let screening = Screening::new(prepared, &fitted, catalogue);
     if removal(prepared, &screening, &fitted).is_some()
+        || without_chance_by_own_noise(prepared, &screening, &fitted).is_some()
         || screening.tracks_are_worse_than(prepared, before)
     {
         return None;
@@ -295,18 +291,6 @@ fn reconsidered<'a>(
         })
 }
 
-/// Whether the result of a test may be chance, in a model of `effects` effects (this one counted) and with `asked`
-/// effects tested.
-pub(crate) fn is_chance(test: &EffectTest, asked: usize, effects: usize) -> bool {
-    let false_alarm = match (effects > 1, test.has_shape || test.moves_no_track) {
-        (false, false) => FALSE_ALARM,
-        (true, false) => FALSE_ALARM_BESIDE,
-        (_, true) => FALSE_ALARM_STRICTEST,
-    };
-    // Bonferroni: every effect that might be there is tested.
-    test.p_value * asked as f64 > false_alarm
-}
-
 /// Whether each effect of the model passes its test, given all others.
 ///
 /// Kinds of runs disagree about radii and track width whenever anything else is missing, so this disagreement is no
@@ -353,17 +337,4 @@ fn removal<'a>(
     let mut terms = fitted.terms.clone();
     terms.remove(worst);
     Some(terms)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_no_track_can_refuse_has_to_be_rarer_by_chance() {
-        let test =
-            |moves_no_track| EffectTest { p_value: 4e-3, moves_no_track, ..EffectTest::default() };
-        assert!(!is_chance(&test(false), 23, 1), "cross-validated tracks refuse most of these");
-        assert!(is_chance(&test(true), 23, 1));
-    }
 }

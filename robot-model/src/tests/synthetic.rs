@@ -227,3 +227,22 @@ pub(crate) fn end_poses_only(mut campaign: Campaign) -> Campaign {
     }
     campaign
 }
+
+/// A sound robot's campaign of which only the ends of runs were measured.
+pub(crate) fn ends(seed: u64) -> Campaign {
+    let mut campaign = campaign(&full_plan(), &[], seed);
+    for run in &mut campaign.runs {
+        let poses = &mut run.measured_poses;
+        poses.drain(1..poses.len() - 1);
+    }
+    campaign
+}
+
+/// Moves the end of each fifth run by four centimetres, which no effect does.
+pub(crate) fn push_some_aside(campaign: &mut Campaign) {
+    for (index, run) in campaign.runs.iter_mut().enumerate().filter(|(i, _)| i % 5 == 2) {
+        let Some(last) = run.measured_poses.last_mut() else { continue };
+        let aside_m = if index % 2 == 0 { 0.03 } else { -0.03 };
+        last.position_m = last.position_m.map(|[x_m, y_m]| [x_m + aside_m, y_m - aside_m]);
+    }
+}

@@ -67,7 +67,7 @@ pub(super) fn next_experiment(
         let travel = |fitted: &Fitted| {
             let model = &fitted.model;
             let effects = &model.effects;
-            Simulation { robot: problem.robot, effects, at: &model.at }.travel_m(&experiment)
+            Simulation::new(problem, effects, &model.at).travel_m(&experiment)
         };
         let (a, b) = (travel(found), travel(&of_own.fitted));
         let squares = a.iter().zip(&b).map(|(a, b)| {

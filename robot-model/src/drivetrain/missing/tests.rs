@@ -25,8 +25,6 @@ struct Motors {
     warms_per_s: f64,
     /// Warmer by this share after a pause of 20 s between both rounds; cools in 12 s.
     warmed: f64,
-    /// Friction differs by up to this share from experiment to experiment.
-    uneven: f64,
     /// A slope that pushes where the robot looked at first \[V\].
     slope: f64,
     /// More inertia on the left than on the right, half the difference \[V s^2/m\].
@@ -48,7 +46,6 @@ const SOUND: Motors = Motors {
     late_s: 0.0,
     warms_per_s: 0.0,
     warmed: 0.0,
-    uneven: 0.0,
     slope: 0.0,
     heavier_left: 0.0,
     mass_behind: 0.0,
@@ -179,12 +176,7 @@ impl Motors {
                             vec![(-v, v, 0.7), (0.0, 0.0, 0.3)]
                         }
                     };
-                    let mut now = *self;
-                    if self.uneven > 0.0 {
-                        let more = 1.0 + self.uneven * (2.0 * random.uniform() - 1.0);
-                        now.ks = self.ks.map(|ks| ks * more);
-                    }
-                    driven.push(now.drive(&steps, clock_s, &mut travel, first_m));
+                    driven.push(self.drive(&steps, clock_s, &mut travel, first_m));
                     clock_s += 4.0;
                 }
             }
@@ -290,16 +282,6 @@ fn motors_that_were_warmed_in_a_pause_and_cool_are_named() {
     assert!(holds(&w, 0.12) && holds(&tau, 12.0), "{w:?} {tau:?}");
     let left = answer.steps[0].errors.cross_validated_m / answer.resolution_m;
     assert!(left < 1.2, "{left}");
-}
-
-/// Friction at rest shows in four ramps of 24 experiments; in the others chance decides which model is better.
-#[test]
-fn what_shows_in_few_experiments_matters_by_its_strength() {
-    let (named, s, answer) = only(Motors { at_rest: 0.25, uneven: 0.02, ..SOUND });
-    assert!(named.contains(&"static_friction"), "{named:?}");
-    assert!(holds(&s, 0.25) && answer.steps[0].p_value < 0.004, "{s:?} {answer:#?}");
-    let answer = Motors { uneven: 0.02, ..SOUND }.answer();
-    assert!(answer.steps.is_empty(), "{answer:#?}");
 }
 
 /// Both only where a wheel runs forwards: either alone makes the way back as much worse as it makes the way there better.

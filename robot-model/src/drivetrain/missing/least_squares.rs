@@ -114,7 +114,9 @@ impl Model {
         experiment: &Experiment,
     ) -> DVector<f64> {
         let weights = problem.weights;
-        let travel_m = Simulation::new(problem, &self.effects, at).travel_m(experiment);
+        let (robot, pause_end_s) = (problem.robot, problem.pause_end_s);
+        let simulation = Simulation { robot, pause_end_s, effects: &self.effects, at };
+        let travel_m = simulation.travel_m(experiment);
         let samples = experiment.recording.samples();
         let start = samples[0].travel_m;
         let left = samples.iter().zip(&travel_m).map(|(sample, modelled)| {

@@ -13,7 +13,6 @@
 //! motor has its share of the inertia, and the wheel rolls on; where they meet, they keep their momentum.
 
 use super::experiment::{Experiment, KnownRobot};
-use super::least_squares::Problem;
 use crate::drivetrain::effect::{Acting, MotorEffect, Play, moments};
 use crate::drivetrain::model::{Scheme, WheelMotor, Wheels, turning};
 use crate::kinematics::WheelPair;
@@ -27,18 +26,14 @@ pub(super) const BASELINE: usize = 6;
 
 /// A model: constants of the baseline, then the parameters of its effects one after the other.
 pub(super) struct Simulation<'a> {
-    robot: &'a KnownRobot,
-    pause_end_s: f64,
-    effects: &'a [&'a dyn MotorEffect],
-    at: &'a [f64],
+    pub robot: &'a KnownRobot,
+    /// When the longest pause between two experiments ended; infinite without one \[s\].
+    pub pause_end_s: f64,
+    pub effects: &'a [&'a dyn MotorEffect],
+    pub at: &'a [f64],
 }
 
-impl<'a> Simulation<'a> {
-    /// Of the robot that a problem is about.
-    pub fn new(problem: &Problem<'a>, effects: &'a [&'a dyn MotorEffect], at: &'a [f64]) -> Self {
-        Self { robot: problem.robot, pause_end_s: problem.pause_end_s, effects, at }
-    }
-
+impl Simulation<'_> {
     /// Its effects with their parameters.
     fn terms(&self) -> impl Iterator<Item = (&dyn MotorEffect, &[f64])> {
         let mut next = BASELINE;

@@ -67,6 +67,12 @@ impl Motors {
         (self.ks[wheel] + slow + rest) * warm
     }
 
+    /// What the resistance is at a time, of what it was at first.
+    fn warm(&self, t_s: f64) -> f64 {
+        let cooled = if t_s < 68.0 { 0.0 } else { (-(t_s - 68.0) / 12.0).exp() };
+        1.0 + self.warms_per_s * t_s + self.warmed * cooled
+    }
+
     /// Drives voltages from rest; the counts go on from `travel`.
     fn drive(
         &self,
@@ -96,9 +102,7 @@ impl Motors {
                 vs = [vs[0] + H * left, vs[1] + H * right];
                 queue.push([left, right]);
                 let acting = queue.remove(0);
-                let t_s = started_s + n as f64 * H;
-                let cooled = if t_s < 68.0 { 0.0 } else { (-(t_s - 68.0) / 12.0).exp() };
-                let warm = 1.0 + self.warms_per_s * t_s + self.warmed * cooled;
+                let warm = self.warm(started_s + n as f64 * H);
                 let drawn: f64 = (0..2).map(|i| acting[i] * (acting[i] - self.kv[i] * v[i])).sum();
                 // Both motors' push in terms of the robot's speed u and yaw rate, each times the track width b.
                 let (u, turn) = (0.5 * (v[0] + v[1]), v[1] - v[0]);

@@ -1,5 +1,6 @@
 //! What `explain --drivetrain` says about a case, and whether that is right.
 
+use campaign::Experiments;
 use robot_model::drivetrain::{
     Experiment, MotorAnswer, MotorUnexplained, baseline_errors, missing,
 };
@@ -28,22 +29,29 @@ pub struct Score {
 /// Records a case, explains it, and judges the answer.
 pub fn judge(seed: u64, case: &Case) -> Score {
     let folder = tempfile::tempdir().expect("there is a folder for temporary files");
-    let refused = |why: &str| Score {
+    match case.record(&folder.path().join("motors")) {
+        Ok(found) => judge_recorded(seed, case, &found),
+        Err(why) => refused(case, &why),
+    }
+}
+
+fn refused(case: &Case, why: &str) -> Score {
+    Score {
         kind: case.kind,
         right: None,
         false_alarm: false,
         covers: Vec::new(),
         text: format!("{:?} {:?}: REFUSED {why}", case.kind, case.hidden),
-    };
-    let found = match case.record(&folder.path().join("motors")) {
-        Ok(found) => found,
-        Err(why) => return refused(&why),
-    };
+    }
+}
+
+/// Explains a recording of a case, and judges the answer.
+pub fn judge_recorded(seed: u64, case: &Case, found: &Experiments) -> Score {
     let experiments: Vec<Experiment> =
         found.runs.iter().map(|run| run.experiment.clone()).collect();
     let answer = match missing(&found.robot, &experiments) {
         Ok(answer) => answer,
-        Err(why) => return refused(&format!("{why:?}")),
+        Err(why) => return refused(case, &format!("{why:?}")),
     };
     let is_named =
         |id: &str| answer.steps.iter().any(|step| step.facts.id == id || step.class.contains(&id));
@@ -63,6 +71,9 @@ pub fn judge(seed: u64, case: &Case) -> Score {
             }
         }
     };
+    let covers = covers(case, &answer);
+    let held = covers.iter().filter(|held| **held).count();
+    let intervals = format!("intervals {held} of {}", covers.len());
     let said: Vec<String> = answer
         .steps
         .iter()
@@ -73,10 +84,11 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         })
         .collect();
     let text = format!(
-        "{:?} {:?}: {}{} {:.3} -> {:.3} mm, counts {:.3}, {} experiments, {}",
+        "{:?} {:?}: {}{}{} {:.3} -> {:.3} mm, counts {:.3}, {} experiments, {}, {intervals}",
         case.kind,
         case.hidden,
         if right { "" } else { "MISS " },
+        if false_alarm { "TOO MANY " } else { "" },
         said.join("; "),
         answer.baseline.cross_validated_m * 1e3,
         after_m * 1e3,
@@ -84,7 +96,7 @@ pub fn judge(seed: u64, case: &Case) -> Score {
         answer.experiments,
         flag(&answer.unexplained)
     );
-    Score { kind: case.kind, right: Some(right), false_alarm, covers: covers(case, &answer), text }
+    Score { kind: case.kind, right: Some(right), false_alarm, covers, text }
 }
 
 fn flag(unexplained: &MotorUnexplained) -> String {

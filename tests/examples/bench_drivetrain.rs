@@ -1,5 +1,5 @@
 //! Effects hidden in motors, gears, drivers and batteries: how often `explain --drivetrain` names them.
-//! `cargo xtask bench drivetrain [--seed S] [--campaigns N]`; seed 1 and 60 campaigns by default. `--case N` repeats one.
+//! `cargo xtask bench drivetrain [--seed S] [--campaigns N [--first I]]`; seed 1 and 60 campaigns by default. `--case N` repeats one.
 
 use std::process::ExitCode;
 
@@ -9,7 +9,7 @@ use beeline_tests::parallel::in_order;
 
 fn main() -> ExitCode {
     let Some((seed, numbers)) = arguments() else {
-        eprintln!("usage: bench_drivetrain [--seed S] [--campaigns N | --case N]");
+        eprintln!("usage: bench_drivetrain [--seed S] [--campaigns N [--first I] | --case N]");
         return ExitCode::from(2);
     };
     let scores = in_order(&numbers, |number| {
@@ -18,22 +18,24 @@ fn main() -> ExitCode {
         score
     });
     print(&scores);
+    list_misses(&numbers, &scores);
     ExitCode::SUCCESS
 }
 
 fn arguments() -> Option<(u64, Vec<u64>)> {
-    let (mut seed, mut campaigns, mut case) = (1, 60, None);
+    let (mut seed, mut campaigns, mut first, mut case) = (1, 60, 0, None);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let value = words.next()?.parse().ok()?;
         match word.as_str() {
             "--seed" => seed = value,
             "--campaigns" => campaigns = value,
+            "--first" => first = value,
             "--case" => case = Some(value),
             _ => return None,
         }
     }
-    Some((seed, case.map_or((0..campaigns).collect(), |case| vec![case])))
+    Some((seed, case.map_or((first..first + campaigns).collect(), |case| vec![case])))
 }
 
 fn print(scores: &[Score]) {
@@ -71,6 +73,15 @@ fn print(scores: &[Score]) {
         covers.len()
     );
     println!("refused: {}", scores.iter().filter(|score| score.right.is_none()).count());
+}
+
+fn list_misses(numbers: &[u64], scores: &[Score]) {
+    println!();
+    for (number, score) in numbers.iter().zip(scores) {
+        if score.right != Some(true) || score.false_alarm || score.covers.contains(&false) {
+            println!("missed {number}: {}", score.text);
+        }
+    }
 }
 
 fn share(count: usize, all: usize) -> f64 {

@@ -14,7 +14,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::numeric::distributions::students_t_quantile;
+use crate::numeric::distributions::{fisher, students_t_quantile};
 
 /// One experiment's share of the normal equations, at the fit.
 pub(super) struct Share {
@@ -50,6 +50,18 @@ impl Intervals {
 
     /// Half the width of the 95 % interval of the constants' sum with these weights.
     pub fn half_width_95(&self, weights: &DVector<f64>) -> f64 {
+        let (error, degrees) = self.standard_error(weights);
+        students_t_quantile(degrees, 0.975) * error
+    }
+
+    /// How often chance takes that sum as far from zero, either way, as this value is.
+    pub fn chance(&self, weights: &DVector<f64>, value: f64) -> f64 {
+        let (error, degrees) = self.standard_error(weights);
+        fisher(1, degrees, (value / error).powi(2))
+    }
+
+    /// (2) and (3).
+    fn standard_error(&self, weights: &DVector<f64>) -> (f64, f64) {
         let count = self.shares.len() as f64;
         let moved = || self.shares.iter().map(|(_, moved)| moved.dot(weights));
         let mean = moved().sum::<f64>() / count;
@@ -59,7 +71,7 @@ impl Intervals {
         let told = self.shares.iter().map(|(gram, _)| (gram * &towards).dot(&towards));
         let (sum, squares) = told.fold((0.0, 0.0), |(sum, squares), w| (sum + w, squares + w * w));
         let degrees = if squares > 0.0 { (sum * sum / squares - 1.0).max(1.0) } else { 1.0 };
-        students_t_quantile(degrees, 0.975) * variance.sqrt()
+        (variance.sqrt(), degrees)
     }
 }
 
@@ -81,6 +93,19 @@ mod tests {
         let expected = 2.776_445 * 0.670_820 / 5.0_f64.sqrt();
         let half_width = found.half_width_95(&DVector::from_element(1, 1.0));
         assert!((half_width / expected - 1.0).abs() < 1e-5, "{half_width} {expected}");
+    }
+
+    /// Student's t of 3 with two degrees of freedom: one of 10.477, both tails.
+    #[test]
+    fn a_mean_that_is_three_standard_errors_from_zero_is_chance_as_often_as_students_t_says() {
+        let shares = [-1.0, 0.0, 1.0].map(|error| Share {
+            gram: DMatrix::from_element(1, 1, 1.0),
+            gradient: DVector::from_element(1, error),
+        });
+        let found = Intervals::new(&DMatrix::from_element(1, 1, 3.0), &shares).unwrap();
+        let one = DVector::from_element(1, 1.0);
+        let chance = found.chance(&one, 3.0 / 3.0_f64.sqrt());
+        assert!((chance - 0.095_466).abs() < 1e-5, "{chance}");
     }
 
     #[test]

@@ -40,6 +40,8 @@ pub struct Moment {
     pub turns: f64,
     /// Time since the campaign began \[s\].
     pub t_s: f64,
+    /// Time since the longest pause between two experiments \[s\]; infinite before it, or without one.
+    pub since_pause_s: f64,
     /// Heading of the robot since the campaign began, left positive \[rad\].
     pub heading_rad: f64,
 }
@@ -155,7 +157,7 @@ pub(crate) fn moments(
     speed_mps: WheelPair<f64>,
     volts: WheelPair<f64>,
     turns: WheelPair<f64>,
-    (t_s, heading_rad): (f64, f64),
+    (t_s, since_pause_s, heading_rad): (f64, f64, f64),
 ) -> WheelPair<Moment> {
     WheelPair::new(
         Moment {
@@ -164,6 +166,7 @@ pub(crate) fn moments(
             volts: (volts.left, volts.right),
             turns: turns.left,
             t_s,
+            since_pause_s,
             heading_rad,
         },
         Moment {
@@ -172,6 +175,7 @@ pub(crate) fn moments(
             volts: (volts.right, volts.left),
             turns: turns.right,
             t_s,
+            since_pause_s,
             heading_rad,
         },
     )

@@ -25,8 +25,12 @@ fn every_effect_is_the_identity_at_zero() {
             assert_eq!(p.len(), effect.facts().parameters.len(), "{id}");
             for (speed, volts) in [(0.0, 0.2), (0.3, 3.0), (-0.2, -4.0), (0.1, -2.0)] {
                 let turns = WheelPair::new(0.3, 7.7);
-                let moments =
-                    moments(WheelPair::both(speed), WheelPair::both(volts), turns, (77.0, 0.4));
+                let moments = moments(
+                    WheelPair::both(speed),
+                    WheelPair::both(volts),
+                    turns,
+                    (77.0, 8.0, 0.4),
+                );
                 for moment in [moments.left, moments.right] {
                     let mut changed = acting();
                     effect.act(&p, &moment, &mut changed);
@@ -57,7 +61,8 @@ fn facts_are_complete() {
 fn the_signs_are_those_of_the_facts() {
     let act = |id: &str, p: &[f64], speed: f64, volts: f64| {
         let pair = WheelPair::both(speed);
-        let moments = moments(pair, WheelPair::both(volts), WheelPair::both(0.0), (100.0, 0.0));
+        let moments =
+            moments(pair, WheelPair::both(volts), WheelPair::both(0.0), (100.0, 10.0, 0.0));
         [moments.left, moments.right].map(|moment| {
             let mut changed = Acting { volts, ..acting() };
             find(id).unwrap().act(p, &moment, &mut changed);
@@ -81,7 +86,9 @@ fn the_signs_are_those_of_the_facts() {
     assert_eq!(act("dead_band", &[0.2], 0.1, -0.1)[0].volts, 0.0);
     assert!(act("quadratic_drag", &[1.0], -0.5, -3.0)[0].volts > -3.0);
     assert!(act("supply_sag", &[1e-3], 0.01, 3.0)[0].volts < 3.0);
-    let hot = act("heating", &[1e-3], 0.2, 3.0)[0].motor;
-    assert!(hot.ka_v_s2_per_m > 0.7 && hot.ks_forward_v > 0.5 && hot.kv_v_s_per_m == 24.0);
+    for warm in [[1e-3, 0.0, 30.0], [0.0, 0.1, 30.0]] {
+        let hot = act("heating", &warm, 0.2, 3.0)[0].motor;
+        assert!(hot.ka_v_s2_per_m > 0.7 && hot.ks_forward_v > 0.5 && hot.kv_v_s_per_m == 24.0);
+    }
     assert!((act("cogging", &[0.1, 0.0, 0.0, 0.0, 12.0], 0.2, 3.0)[0].volts - 2.9).abs() < 1e-12);
 }

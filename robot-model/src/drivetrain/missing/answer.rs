@@ -1,11 +1,11 @@
 //! What is missing: the answer, in numbers.
 
 use super::classes::{Rival, rivals};
-use super::experiment::{Experiment, KnownRobot};
+use super::experiment::{Experiment, KnownRobot, pause_end_s};
 use super::least_squares::{Fitted, Model, Problem};
 use super::modes::Modes;
 use super::next_experiment::{NextExperiment, next_experiment};
-use super::selection::{Judged, gain, select};
+use super::selection::{Judged, gain_by, select};
 use super::simulate::BASELINE;
 use super::unexplained::{MotorUnexplained, unexplained};
 use crate::drivetrain::effect::MotorFacts;
@@ -122,12 +122,12 @@ pub fn missing(
     let half_widths = problem.half_widths_95(&last.fitted);
     let errors = |judged: &Judged| errors(problem, judged, experiments);
     let steps = selected.steps.windows(2).enumerate().map(|(index, pair)| {
-        let by_itself = gain(problem, &pair[0].costs, &pair[1].costs);
+        let by_itself = gain_by(problem, &pair[0], &pair[1], index);
         // The first of two that hide each other gains nothing by itself.
         let gain = if by_itself.matters(problem) {
             by_itself
         } else {
-            gain(problem, &without[index].costs, &last.costs)
+            gain_by(problem, &without[index], last, index)
         };
         let effect = last.fitted.model.effects[index];
         let first = last.fitted.model.first_of(index);
@@ -208,7 +208,12 @@ fn fitted_baseline<'a>(
     let ks = 0.5 * (left.ks_mean_v() + right.ks_mean_v());
     let kv = 0.5 * (left.kv_v_s_per_m + right.kv_v_s_per_m);
     let ka = 0.5 * (left.ka_v_s2_per_m + right.ka_v_s2_per_m);
-    let problem = Problem { robot, experiments: fitted, weights: Modes::EQUAL };
+    let problem = Problem {
+        robot,
+        pause_end_s: pause_end_s(&fitted),
+        experiments: fitted,
+        weights: Modes::EQUAL,
+    };
     let at = vec![ks, kv, 0.85 * ka, 0.0, 0.0, 0.0];
     debug_assert_eq!(at.len(), BASELINE);
     let baseline = problem.fit(Model { effects: Vec::new(), at });

@@ -67,3 +67,20 @@ pub(super) fn excitation(robot: &KnownRobot, experiments: &[&Experiment]) -> Exc
         counts_per_wheel_turn: robot.turn_m() / robot.meters_per_count,
     }
 }
+
+/// A pause is at least so long \[s\].
+const PAUSE_S_MIN: f64 = 6.0;
+
+/// When the longest pause between two experiments ended \[s\]: meanwhile the robot may have driven or rested. Infinite without one.
+pub(super) fn pause_end_s(experiments: &[&Experiment]) -> f64 {
+    let end_s = |experiment: &Experiment| {
+        let samples = experiment.recording.samples();
+        experiment.started_s + samples[samples.len() - 1].t_s - samples[0].t_s
+    };
+    let pauses =
+        experiments.windows(2).map(|pair| (pair[1].started_s - end_s(pair[0]), pair[1].started_s));
+    let longest = pauses.max_by(|a, b| a.0.total_cmp(&b.0));
+    longest
+        .filter(|(pause_s, _)| *pause_s >= PAUSE_S_MIN)
+        .map_or(f64::INFINITY, |longest| longest.1)
+}

@@ -28,6 +28,8 @@ pub(super) struct Problem<'a> {
     pub experiments: Vec<&'a Experiment>,
     /// How much each mode counts.
     pub weights: Modes,
+    /// When the longest pause between two experiments ended, on the campaign's clock \[s\]; infinite without one.
+    pub pause_end_s: f64,
 }
 
 /// A model with its parameters.
@@ -107,12 +109,14 @@ impl Model {
     /// Measured less modelled travel of one experiment, both modes with their weights, sample by sample \[m\].
     pub fn residuals(
         &self,
-        robot: &KnownRobot,
+        problem: &Problem<'_>,
         at: &[f64],
         experiment: &Experiment,
-        weights: Modes,
     ) -> DVector<f64> {
-        let travel_m = Simulation { robot, effects: &self.effects, at }.travel_m(experiment);
+        let weights = problem.weights;
+        let (robot, pause_end_s) = (problem.robot, problem.pause_end_s);
+        let simulation = Simulation { robot, pause_end_s, effects: &self.effects, at };
+        let travel_m = simulation.travel_m(experiment);
         let samples = experiment.recording.samples();
         let start = samples[0].travel_m;
         let left = samples.iter().zip(&travel_m).map(|(sample, modelled)| {
@@ -170,7 +174,7 @@ impl Problem<'_> {
 
     /// What is left of one experiment by a model.
     pub fn residuals(&self, model: &Model, at: &[f64], experiment: &Experiment) -> DVector<f64> {
-        model.residuals(self.robot, at, experiment, self.weights)
+        model.residuals(self, at, experiment)
     }
 
     fn costs(&self, model: &Model, at: &[f64]) -> Vec<Modes> {

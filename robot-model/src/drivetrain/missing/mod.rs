@@ -11,6 +11,7 @@
 //! | `alike.rs` | which experiments are alike, so that what the model misses moves their constants alike? |
 //! | `modes.rs` | what do both wheels share, and what sets them apart? |
 //! | `chance.rs` | is a gain more than chance? |
+//! | `strength.rs` | is an effect that shows in few experiments more than chance? |
 //! | `screening.rs` | which effects are worth a fit? |
 //! | `selection.rs` | which does the model lack? |
 //! | `classes.rs` | which can these experiments not tell apart? |
@@ -29,6 +30,7 @@ mod next_experiment;
 mod screening;
 mod selection;
 mod simulate;
+mod strength;
 #[cfg(test)]
 mod tests;
 mod unexplained;

@@ -67,7 +67,8 @@ pub(super) fn next_experiment(
         let travel = |fitted: &Fitted| {
             let model = &fitted.model;
             let effects = &model.effects;
-            Simulation { robot: problem.robot, effects, at: &model.at }.travel_m(&experiment)
+            let (robot, pause_end_s) = (problem.robot, problem.pause_end_s);
+            Simulation { robot, pause_end_s, effects, at: &model.at }.travel_m(&experiment)
         };
         let (a, b) = (travel(found), travel(&of_own.fitted));
         let squares = a.iter().zip(&b).map(|(a, b)| {

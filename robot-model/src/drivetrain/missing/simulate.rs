@@ -27,6 +27,8 @@ pub(super) const BASELINE: usize = 6;
 /// A model: constants of the baseline, then the parameters of its effects one after the other.
 pub(super) struct Simulation<'a> {
     pub robot: &'a KnownRobot,
+    /// When the longest pause between two experiments ended; infinite without one \[s\].
+    pub pause_end_s: f64,
     pub effects: &'a [&'a dyn MotorEffect],
     pub at: &'a [f64],
 }
@@ -52,6 +54,11 @@ impl Simulation<'_> {
             ka_v_s2_per_m,
         };
         (WheelPair::new(motor(ka + kd), motor(ka - kd)), kc, kw)
+    }
+
+    /// Since the longest pause, infinite before it \[s\].
+    fn since_pause_s(&self, time_s: f64) -> f64 {
+        if time_s < self.pause_end_s { f64::INFINITY } else { time_s - self.pause_end_s }
     }
 
     /// Travel at each sample since the first one \[m\].
@@ -83,7 +90,8 @@ impl Simulation<'_> {
                 let time_s = experiment.started_s + t_s - samples[0].t_s;
                 let turned_m = wheels.travel_m.right - wheels.travel_m.left;
                 let heading_rad = experiment.heading_rad + turned_m / self.robot.track_width_m;
-                let moment = moments(wheels.speed_mps, volts, turns, (time_s, heading_rad));
+                let clock = (time_s, self.since_pause_s(time_s), heading_rad);
+                let moment = moments(wheels.speed_mps, volts, turns, clock);
                 let acting = moment.zip(volts).zip(motors).map(|((moment, volts), motor)| {
                     let mut acting = Acting { volts, motor };
                     self.terms().for_each(|(effect, p)| effect.act(p, &moment, &mut acting));

@@ -23,6 +23,8 @@ struct Motors {
     sag: f64,
     late_s: f64,
     warms_per_s: f64,
+    /// Warmer by this share after a pause of 20 s between both rounds; cools in 12 s.
+    warmed: f64,
     /// A slope that pushes where the robot looked at first \[V\].
     slope: f64,
     /// More inertia on the left than on the right, half the difference \[V s^2/m\].
@@ -43,6 +45,7 @@ const SOUND: Motors = Motors {
     sag: 0.0,
     late_s: 0.0,
     warms_per_s: 0.0,
+    warmed: 0.0,
     slope: 0.0,
     heavier_left: 0.0,
     mass_behind: 0.0,
@@ -62,6 +65,12 @@ impl Motors {
         let slow = self.slow.0 * (-(v / self.slow.1).powi(2)).exp();
         let rest = if v.abs() < 1e-9 { self.at_rest } else { 0.0 };
         (self.ks[wheel] + slow + rest) * warm
+    }
+
+    /// What the resistance is at a time, of what it was at first.
+    fn warm(&self, t_s: f64) -> f64 {
+        let cooled = if t_s < 68.0 { 0.0 } else { (-(t_s - 68.0) / 12.0).exp() };
+        1.0 + self.warms_per_s * t_s + self.warmed * cooled
     }
 
     /// Drives voltages from rest; the counts go on from `travel`.
@@ -93,7 +102,7 @@ impl Motors {
                 vs = [vs[0] + H * left, vs[1] + H * right];
                 queue.push([left, right]);
                 let acting = queue.remove(0);
-                let warm = 1.0 + self.warms_per_s * (started_s + n as f64 * H);
+                let warm = self.warm(started_s + n as f64 * H);
                 let drawn: f64 = (0..2).map(|i| acting[i] * (acting[i] - self.kv[i] * v[i])).sum();
                 // Both motors' push in terms of the robot's speed u and yaw rate, each times the track width b.
                 let (u, turn) = (0.5 * (v[0] + v[1]), v[1] - v[0]);
@@ -144,6 +153,9 @@ impl Motors {
         let mut clock_s = 0.0;
         let mut driven = Vec::new();
         for round in 0..2 {
+            if round == 1 && self.warmed != 0.0 {
+                clock_s += 20.0;
+            }
             for kind in 0..6 {
                 for sign in [1.0, -1.0] {
                     let v = |volts: f64, random: &mut Random| {
@@ -263,6 +275,17 @@ fn drag_waves_sag_delay_and_warmth_are_named_with_their_sizes() {
     assert_eq!(named, ["cogging"]);
     assert!((p[4] - 7.0).abs() < 0.1, "{p:?}");
     assert!((p[0].hypot(p[1]) - 0.1).abs() < 0.02, "{p:?}");
+}
+
+/// A straight line in time describes neither the jump nor how it fades.
+#[test]
+fn motors_that_were_warmed_in_a_pause_and_cool_are_named() {
+    let (named, _, answer) = only(Motors { warmed: 0.12, ..SOUND });
+    assert_eq!(named, ["heating"]);
+    let [w, tau] = [answer.steps[0].parameters[1], answer.steps[0].parameters[2]];
+    assert!(holds(&w, 0.12) && holds(&tau, 12.0), "{w:?} {tau:?}");
+    let left = answer.steps[0].errors.cross_validated_m / answer.resolution_m;
+    assert!(left < 1.2, "{left}");
 }
 
 /// Both only where a wheel runs forwards: either alone makes the way back as much worse as it makes the way there better.

@@ -6,21 +6,20 @@ use crate::clocks;
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{ActsOn, Effect, Facts, Need};
-use crate::estimation::campaign_equations::CampaignEquations;
-use crate::estimation::errors::{ErrorPair, Errors, cross_validated, errors_on_runs};
+use crate::estimation::errors::{ErrorPair, Errors, cross_validated};
 use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
 use crate::estimation::gyro::heading_turned_rad;
 use crate::explain::answer::{Answer, Evidence, Reason, Rejected, StepFound};
 use crate::explain::held_out;
 use crate::explain::model_averaging::{averaged, mean};
 use crate::explain::model_choice::{Choice, by_evidence, choose};
+use crate::explain::model_errors::{errors, errors_as_fitted};
 use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
 use crate::explain::progress::{Observer, Progress};
 use crate::explain::reachable_error::reachable_and_unexplained;
 use crate::explain::tolerance::{least_size_m, tolerance_m};
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
-use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{RecordingError, RecordingProblem};
 use crate::residuals::unexplained::counts_start_anew;
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
@@ -158,27 +157,6 @@ fn rejected<'s>(choice: &Choice<'_>, steps: impl Iterator<Item = &'s StepFound>)
             }
         })
         .collect()
-}
-
-/// The errors of a model of these terms, fitted with this noise.
-pub(crate) fn errors(prepared: &Prepared, noise: &OdometryNoise, terms: &[Term<'_>]) -> ErrorPair {
-    errors_as_fitted(prepared, noise, &fit_parameters(prepared, terms.to_vec(), *noise).terms)
-}
-
-/// The errors of a model of these terms, which are fitted with this noise already.
-pub(crate) fn errors_as_fitted(
-    prepared: &Prepared,
-    noise: &OdometryNoise,
-    terms: &[Term<'_>],
-) -> ErrorPair {
-    let terms = PlacedTerm::place(terms);
-    let equations = CampaignEquations::gather(prepared, &terms, noise);
-    let columns: Vec<usize> = (0..equations.priors.len()).collect();
-    let model = (&equations, terms.as_slice());
-    ErrorPair {
-        fitted: errors_on_runs(prepared, model, &[], noise),
-        cross_validated: cross_validated(prepared, model, &columns, noise),
-    }
 }
 
 fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, &TrackGain)) -> StepFound {

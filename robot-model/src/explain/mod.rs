@@ -5,6 +5,7 @@
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
 //! | `model_choice.rs` | the choice of effects, by a noise estimate that no missing effect inflates |
 //! | `model_averaging.rs` | what predicts other runs: each class by all its members |
+//! | `model_errors.rs` | the errors of a model |
 //! | `parameters.rs` | values and intervals |
 //! | `progress.rs` | [`Progress`]: what was found so far |
 //! | `reachable_error.rs` | what any model could reach, how far above it the error is, an equation for the rest |
@@ -25,6 +26,7 @@ pub(crate) mod held_out;
 pub mod model;
 pub(crate) mod model_averaging;
 pub(crate) mod model_choice;
+pub(crate) mod model_errors;
 pub(crate) mod next_run;
 pub(crate) mod parameters;
 pub(crate) mod progress;

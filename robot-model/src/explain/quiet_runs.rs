@@ -7,7 +7,7 @@
 use crate::effect::definition::Effect;
 use crate::estimation::errors::Errors;
 use crate::estimation::fit::Fitted;
-use crate::explain::explanation::errors;
+use crate::explain::model_errors::errors;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::residuals::flexible_model::{flexible, lower};
 use crate::residuals::uneven_runs::{RUNS_MIN, divided};

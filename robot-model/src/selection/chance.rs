@@ -69,7 +69,7 @@ pub(crate) fn without_chance_by_own_noise<'a>(
     let of_geometry = |index: &usize| is_geometry(fitted.terms[*index].effect);
     let found = |index: &usize| passes(index) && kept[*index].predicts_better();
     let geometry_found = effects.iter().filter(|index| of_geometry(index)).any(found);
-    let chance = |index: &&usize| !passes(index) && !(geometry_found && of_geometry(index));
+    let chance = |index: &&usize| !(passes(index) || geometry_found && of_geometry(index));
     let likeliest = effects
         .iter()
         .filter(chance)

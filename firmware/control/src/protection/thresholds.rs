@@ -105,7 +105,8 @@ impl WheelThresholds {
             error_max,
             counts_per_tick_max: saturate_i32(counts_per_tick_max(config, q) as i64) as u32,
             stall_ticks,
-            checkpoint_ticks: (stall_ticks + CHECKPOINTS_LEN as u32 - 1) / CHECKPOINTS_LEN as u32,
+            checkpoint_ticks: (stall_ticks + (CHECKPOINTS_LEN as u32 - 1))
+                >> CHECKPOINTS_LEN.ilog2(),
             standing_advance,
             creeping_advance: 2 * standing_advance,
             reversed_run: six_counts.max(error_max / 20 * 3),

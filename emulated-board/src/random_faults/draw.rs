@@ -95,6 +95,8 @@ const OTHER_ENCODERS: u64 = 8;
 const COUNTS_PER_REV: f64 = 900.0;
 const COUNTS_MIN: f64 = 48.0;
 const COUNTS_MAX: f64 = 20_000.0;
+/// The emulated pins show twenty counts a millisecond at most: no wheel counts faster \[counts/s\].
+const COUNTS_PER_S_MAX: f64 = 15e3;
 
 /// The supply's limits of the factory configuration \[V\], and the lower one of a robot with a weak battery.
 const SUPPLY_V_MAX: f64 = 18.5;
@@ -107,7 +109,11 @@ impl Case {
         rng.set_stream(index);
         let rng = &mut rng;
         let (mut scenario, mut config) = robot(rng);
-        let counts_per_rev = counts_per_rev(seed, index);
+        let supply_v = scenario.plant.supply.open_circuit_v;
+        let crawls = index % CRAWLS == CRAWLS / 2;
+        let cruise_s = if crawls { CRAWLS_S } else { CRUISE_S };
+        let motion = motion(rng, supply_v, crawls);
+        let counts_per_rev = counts_per_rev(seed, index, motion.cruise);
         if counts_per_rev != COUNTS_PER_REV {
             scenario.plant.encoder.left.counts_per_rev = counts_per_rev;
             scenario.plant.encoder.right.counts_per_rev = counts_per_rev;
@@ -115,10 +121,6 @@ impl Case {
             configured.left.counts_per_rev = counts_per_rev;
             configured.right.counts_per_rev = counts_per_rev;
         }
-        let supply_v = scenario.plant.supply.open_circuit_v;
-        let crawls = index % CRAWLS == CRAWLS / 2;
-        let cruise_s = if crawls { CRAWLS_S } else { CRUISE_S };
-        let motion = motion(rng, supply_v, crawls);
         let phase = Phase::ALL[rng.random_range(0..Phase::ALL.len())];
         let delay_us = delay_us(rng, phase, &motion, cruise_s);
         let supply_v_min = config.as_ref().unwrap_or(&Config::default()).protection.supply_v_min;
@@ -160,13 +162,15 @@ impl Case {
 }
 
 /// By a stream of its own, so that a case is what it was before there were other encoders.
-fn counts_per_rev(seed: u64, index: u64) -> f64 {
+fn counts_per_rev(seed: u64, index: u64, cruise_mps: f64) -> f64 {
     if ![OTHER_ENCODERS / 2, CRAWLS + CRAWLS / 2].contains(&(index % OTHER_ENCODERS)) {
         return COUNTS_PER_REV;
     }
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(u64::MAX - index);
-    rng.random_range(COUNTS_MIN.ln()..COUNTS_MAX.ln()).exp().round()
+    let turn_m = std::f64::consts::TAU * Config::default().geometry.wheel_radius_m;
+    let counts = rng.random_range(COUNTS_MIN.ln()..COUNTS_MAX.ln()).exp();
+    counts.min(COUNTS_PER_S_MAX * turn_m / cruise_mps).round()
 }
 
 /// The paper's robot with another battery, load, friction and driver.

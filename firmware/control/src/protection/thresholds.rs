@@ -74,7 +74,7 @@ impl QuietBounds {
             saturate_i32(i64::from(steps) << (I2F30::FRAC_NBITS - POSITION_BITS)) as u32
         };
         Self {
-            error: error(error_max),
+            error: error(error_max.min(advance)),
             resting_error: error(resting_error),
             advance: (advance - 1) as u32,
         }

@@ -63,7 +63,7 @@ pub struct WheelMonitor {
     turns: u32,
     jumps: u32,
     turn_tick: u32,
-    /// Sum over the ticks since the last count of the duty beyond what friction takes, towards the setpoint \[2^-18\].
+    /// Sum over the ticks since the last count of the duty, either way, beyond what friction takes \[2^-18\].
     push: i32,
     changes: LastChanges,
     /// The present series of changes against the setpoint, or away from one at rest.
@@ -258,16 +258,13 @@ impl WheelMonitor {
         self.run.as_mut().is_some_and(|run| run.runs_against_motor(limits, sample, (tick, lately)))
     }
 
-    /// What there is of it while the setpoint is within a count of the last one is left out.
+    /// What there is of it while the wheel is quiet is left out.
     #[inline(always)]
     fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) {
-        let duty = view.duty().0.to_bits();
-        let along = match view.positions().since(self.last.positions).setpoint {
-            0.. => duty,
-            _ => -duty,
-        };
-        if !view.rests() && (self.run.is_none() || self.goings_back != 0) {
-            let excess = (along - limits.resting_duty as i32) >> PUSH_SHIFT;
+        let stands = self.standing_ticks() >= 2 * limits.stall_ticks;
+        if !view.rests() && (self.run.is_none() || stands) {
+            let duty = view.duty().0.to_bits().abs();
+            let excess = (duty - limits.resting_duty as i32) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
         }
     }

@@ -115,6 +115,14 @@ fn counts_that_get_so_long_that_little_is_seen_of_them_are_said() {
         temp.run(&format!("config set {change}")).ok().stderr.contains("one count is 14.1 mm")
     };
     assert!(warned("encoder.left.counts_per_rev 16"));
+    let never = |change: &str| {
+        temp.run(&format!("config set {change}"))
+            .ok()
+            .stderr
+            .contains("drives end with following_error")
+    };
+    assert!(never("encoder.left.counts_per_rev 22"));
+    assert!(!never("encoder.left.counts_per_rev 24"));
     assert!(!warned("geometry.wheel_weight 1.01"));
 }
 

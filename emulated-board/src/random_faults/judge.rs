@@ -206,6 +206,10 @@ fn both(one: FaultKind, other: FaultKind) -> Vec<Name> {
         ) => [Fault::EncoderDead, Fault::NoResponse]
             .map(|of| Name::Fault(of(wheel.other())))
             .to_vec(),
+        // Whatever is commanded of the one wheel drives the other one's motor.
+        (FaultKind::MotorsExchanged, FaultKind::MotorCut(wheel)) => {
+            vec![Name::Fault(Fault::NoResponse(wheel.other()))]
+        }
         // The hardware stops the motors; the task that would say so does not run.
         (FaultKind::TaskStops("stop_line"), FaultKind::StopLine | FaultKind::StopLineBounce(_)) => {
             let faults =

@@ -134,6 +134,16 @@ fn warn_if_coarse(before: &Config, after: &Config) {
             6.0 * after_m * 1e2
         ));
     }
+    let max_m = after.protection.following_error_m_max;
+    let never =
+        |config: &Config| 2.0 * longer_count_m(config) > config.protection.following_error_m_max;
+    if never(after) && !never(before) {
+        warn(format_args!(
+            "two counts are {:.0} mm of travel, more than protection.following_error_m_max ({:.0} mm): drives end with following_error",
+            2.0 * after_m * 1e3,
+            max_m * 1e3
+        ));
+    }
 }
 
 fn warn_if_it_forgets(common: &Common) {

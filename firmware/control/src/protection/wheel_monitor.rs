@@ -258,7 +258,7 @@ impl WheelMonitor {
         self.run.as_mut().is_some_and(|run| run.runs_against_motor(limits, sample, (tick, lately)))
     }
 
-    /// What there is of it while the wheel is quiet is left out.
+    /// Adds the duty of this tick to the push since the last count; while the wheel is quiet, nothing is added.
     #[inline(always)]
     fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) {
         let stands = self.standing_ticks() >= 2 * limits.stall_ticks;

@@ -42,8 +42,12 @@ fn an_older_layout_is_read_and_a_damaged_store_boots_with_defaults_and_says_so()
         .unwrap();
     let [older, damaged, blank] = &ended.found[..] else { panic!("three boots") };
     assert_eq!((older.0, older.1), (ConfigOrigin::Saved, false));
-    assert_eq!(older.2.name, Name::new("numbered").unwrap());
-    assert_eq!(older.2.geometry.wheel_weight, 1.0 + 8.0 * 0.123_456_789e-6);
+    // What that layout lacked has been inserted between its values, and all of these are kept.
+    let mut saved = Config { name: Name::new("numbered").unwrap(), ..Config::default() };
+    saved.geometry.wheel_weight = 1.0 + 8.0 * 0.123_456_789e-6;
+    (saved.geometry.heading_pull_rad_per_m, saved.limits.hold_s) = (0.0, 0.0);
+    (saved.feedforward.supply_v, saved.protection.supply_v_max) = (0.0, 0.0);
+    assert_eq!(older.2, saved);
     assert_eq!(
         (damaged.0, damaged.1, &damaged.2),
         (ConfigOrigin::Factory, true, &Config::default())

@@ -5,7 +5,7 @@ use shared_proto::{Config, Fault, Wheel};
 use super::wheel_bench::{MOTOR, Mishap, Motor, run, run_and_measure, run_motor};
 use super::{NEVER, metres};
 
-fn with_counts(counts_per_rev: f64) -> Config {
+pub fn with_counts(counts_per_rev: f64) -> Config {
     let mut config = Config::default();
     config.encoder.left.counts_per_rev = counts_per_rev;
     config.encoder.right.counts_per_rev = counts_per_rev;

@@ -1,5 +1,6 @@
 //! The watch over the wheels: every fault named in time, and none in normal driving.
 
+mod floating_line;
 mod long_counts;
 mod wheel_bench;
 

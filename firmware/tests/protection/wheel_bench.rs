@@ -29,6 +29,8 @@ pub enum Mishap {
     Shoved(f64, u32),
     /// The count jumps.
     Glitch(i64),
+    /// A sound wheel on a sound encoder shakes by so much, so often a second \[m, Hz\].
+    Shakes(f64, f64),
     /// No current reaches the motor: friction alone slows it down.
     LeadCut,
 }
@@ -50,11 +52,13 @@ struct Bench {
     counts: i64,
     offset: f64,
     sign: f64,
-    /// Of a line that floats: where the count has got to, and the other line's edges; and chance.
-    floating: (i64, i64),
+    /// The levels of two lines of which the first one floats; and chance.
+    lines: [bool; 2],
     noise: u64,
     /// Of a hand that pushes.
     shoved_ms: u32,
+    /// So long a wheel has shaken.
+    shaken_s: f64,
     motor: Motor,
     pid: PidState,
     estimator: SpeedEstimator,
@@ -117,23 +121,60 @@ impl Bench {
                 }
                 self.counts = self.sign as i64 + (edges & 1);
             }
-            Mishap::LineFloats => {
-                // Edges of the line that is left, each of which counts up or down by chance.
-                let edges = ((self.travel_m / q_m + self.offset).round() as i64) >> 1;
-                if began {
-                    (self.floating, self.noise) = ((self.counts, edges), 1);
-                }
-                self.noise = self.noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-                let level = (self.noise >> 63) as i64;
-                let (base, last) = self.floating;
-                let walk = if self.noise >> 62 & 1 == 0 { edges - last } else { last - edges };
-                self.floating = (base + walk, edges);
-                self.counts = self.floating.0 + level;
+            Mishap::LineFloats => self.float(q_m, began),
+            Mishap::Shakes(by_m, hz) => {
+                // Out of step with the ticks.
+                self.shaken_s += 1e-3;
+                let shake_m = by_m * (std::f64::consts::TAU * hz * self.shaken_s).sin();
+                self.counts = ((self.travel_m + shake_m) / q_m + self.offset).round() as i64;
             }
             Mishap::Glitch(counts) if began => self.counts += counts,
             _ => self.counts = (self.sign * self.travel_m / q_m + self.offset).round() as i64,
         }
     }
+
+    /// A level by chance (SplitMix64).
+    fn toss(&mut self) -> bool {
+        self.noise = self.noise.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (self.noise ^ (self.noise >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed >> 63 != 0
+    }
+
+    /// The first line has a level by chance at every look; the other one is what the wheel makes it.
+    fn float(&mut self, q_m: f64, began: bool) {
+        let place = |travel_m: f64| travel_m / q_m + self.offset;
+        let (from, to) = (place(self.travel_m - self.speed_mps * 1e-3), place(self.travel_m));
+        if began {
+            self.lines = levels(self.counts);
+            // Another one for every place.
+            self.noise = self.travel_m.to_bits();
+        }
+        for look in 1..=LOOKS {
+            let at = from + (to - from) * f64::from(look) / f64::from(LOOKS);
+            let seen = [self.toss(), levels(at.round() as i64)[1]];
+            for line in 0..2 {
+                if self.lines[line] != seen[line] {
+                    self.lines[line] = seen[line];
+                    self.counts += decoded(self.lines, line == 0);
+                }
+            }
+        }
+    }
+}
+
+/// Looks at the levels in a tick, between which a line that floats may change.
+const LOOKS: u32 = 20;
+
+/// The levels at a count; the first line leads while it rises.
+fn levels(count: i64) -> [bool; 2] {
+    let quarter = count.rem_euclid(4);
+    [quarter == 1 || quarter == 2, quarter >= 2]
+}
+
+/// The count of a decoder that sees one line change: which way, the other one tells.
+fn decoded([a, b]: [bool; 2], first: bool) -> i64 {
+    if (a != b) == first { 1 } else { -1 }
 }
 
 /// Drives; answers the fault and its time after the mishap [ms], which comes at `mishap_ms`.
@@ -177,9 +218,10 @@ pub fn run_and_measure(
         counts: 0,
         offset: 0.3,
         sign: 1.0,
-        floating: (0, 0),
+        lines: [false; 2],
         noise: 1,
         shoved_ms: 0,
+        shaken_s: 0.0,
         motor,
         pid: PidState::default(),
         estimator: SpeedEstimator::new(q, 0),

@@ -8,6 +8,7 @@
 //! | --- | --- |
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
 //! | `EncoderDead` | the count turns round 5 times, each time within a stall time of the last, by 0.2 mm in a tick, and not back to the count before |
+//! | `EncoderDead` | the count turned round 5 times, as above but by any step, while the setpoint advanced by 4 counts and 2 mm, and the count by less than half of that |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts (3 where 6 are more than a quarter of the permitted following error) and 15 % of that error, while the setpoint advanced half as far |
 //! | `EncoderReversed` | the count has run against the setpoint, or away from one at rest, for at least 6 counts (or 3, as above) and 5 % of the permitted following error, faster and faster, and as far as the duty against it would have driven the wheel the other way, from the speed that it had |
 //! | `EncoderDead`, `Stall`, `NoResponse` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
@@ -22,6 +23,9 @@
 //! (A jam that stops a wheel within 2 counts looks like a dead wire.) Two kinds of counts tell neither: up to four since the
 //! loop closed, and those of a wheel so slow that friction stops it within three counts (62 mm/s at 0.25 mm a count). Those
 //! of a plug that is pulled and of a motor that loses a lead are the same there. That is `NoResponse`.
+//!
+//! By chance the count of an encoder with a floating line runs backwards for a while. So `EncoderReversed` waits until it has not
+//! turned round for 16 ticks (32, if it has turned before), or three quarters of the permitted following error are used up.
 //!
 //! A count that goes back to what it was before its last change stands: an encoder with one line counts up and down.
 //!

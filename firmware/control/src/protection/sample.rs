@@ -59,6 +59,15 @@ impl Positions {
         }
     }
 
+    /// Half the way from an earlier instant.
+    pub fn midway(self, earlier: Positions) -> Positions {
+        let Positions { setpoint, travel } = self.since(earlier);
+        Positions {
+            setpoint: earlier.setpoint.wrapping_add(setpoint >> 1),
+            travel: earlier.travel.wrapping_add(travel >> 1),
+        }
+    }
+
     /// How far the wheel is behind its setpoint.
     pub fn error(self) -> i32 {
         self.setpoint.wrapping_sub(self.travel)

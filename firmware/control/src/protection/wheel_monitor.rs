@@ -41,6 +41,8 @@ const SOME_TURNS: u32 = 3;
 /// So often no count turns round to somewhere else than where it came from: a wheel that trembles on an edge counts up and
 /// down, between the same two.
 const FLOATS: u32 = 5;
+/// So long the count of a line that floats goes one way only rarely \[ticks\].
+const STEADY: u32 = 16;
 /// A push takes at least so many looks, every other tick, to be in vain: the wheel of a heavy robot starts slowly.
 const LOOKS: i32 = 64;
 /// So far no wheel turns within a tick the other way than before: 0.2 mm \[2^-24 m\].
@@ -63,6 +65,9 @@ pub struct WheelMonitor {
     turns: u32,
     jumps: u32,
     turn_tick: u32,
+    /// How often it has turned round to somewhere else than where it came from since then.
+    strays: u32,
+    strays_since: Positions,
     /// Sum over the ticks since the last count of the duty, either way, beyond what friction takes \[2^-18\].
     push: i32,
     changes: LastChanges,
@@ -87,6 +92,8 @@ impl WheelMonitor {
             turns: 0,
             jumps: 0,
             turn_tick: 0,
+            strays: 0,
+            strays_since: POSITIONS,
             push: 0,
             changes: LastChanges::BLANK,
             run: None,
@@ -199,11 +206,13 @@ impl WheelMonitor {
     fn turn(&mut self, limits: &WheelThresholds, moved: i32, goes_back: bool) {
         self.rose = !self.rose;
         if self.tick.wrapping_sub(self.turn_tick) > limits.stall_ticks {
-            (self.turns, self.jumps) = (0, 0);
+            (self.turns, self.jumps, self.strays) = (0, 0, 0);
+            self.strays_since = self.last.positions;
         }
         self.turns = self.turns.wrapping_add(1);
         let far = moved.unsigned_abs() * limits.resting_error as u32 >= 4 * JUMP;
         self.jumps = self.jumps.wrapping_add(u32::from(far && !goes_back));
+        self.strays = self.strays.wrapping_add(u32::from(!goes_back));
         self.turn_tick = self.tick;
     }
 
@@ -255,7 +264,18 @@ impl WheelMonitor {
     ) -> bool {
         let (tick, lately) = (self.tick, self.changes.recent_travel(self.last.tick));
         let sample = (view, supply_scale);
-        self.run.as_mut().is_some_and(|run| run.runs_against_motor(limits, sample, (tick, lately)))
+        let against = |run: &mut Run| run.runs_against_motor(limits, sample, (tick, lately));
+        self.run.as_mut().is_some_and(against) && self.is_steady(limits, view)
+    }
+
+    /// The count has gone one way for so long that it is not by chance that of a line that floats; or there is no time to wait,
+    /// so far is the wheel from its setpoint.
+    #[cold]
+    #[inline(never)]
+    fn is_steady(&self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
+        let least = if self.turns > 1 { 2 * STEADY } else { STEADY };
+        let error = view.positions().error().unsigned_abs();
+        self.tick.wrapping_sub(self.turn_tick) >= least || error >= limits.error_max as u32 / 4 * 3
     }
 
     /// Adds the duty of this tick to the push since the last count; while the wheel is quiet, nothing is added.
@@ -317,14 +337,24 @@ impl WheelMonitor {
         let slot = &mut self.checkpoints[self.checkpoint % CHECKPOINTS_LEN];
         let moved = positions.since(core::mem::replace(slot, positions));
         self.checkpoint = self.checkpoint.wrapping_add(1);
-        let (advance, along) = match moved.setpoint {
-            0.. => (moved.setpoint, moved.travel),
-            _ => (moved.setpoint.wrapping_neg(), moved.travel.wrapping_neg()),
-        };
+        let (advance, along) = along_setpoint(moved);
         // `EncoderReversed` has its own rule.
         let creeps =
             advance >= limits.creeping_advance && along < advance >> 3 && self.run.is_none();
-        creeps || self.jumps >= FLOATS
+        creeps || self.jumps >= FLOATS || (self.strays >= FLOATS && self.strays(limits, positions))
+    }
+
+    /// The count has turned round and round while its setpoint advanced, and did not come along.
+    #[cold]
+    #[inline(never)]
+    fn strays(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
+        let (advance, along) = along_setpoint(positions.since(self.strays_since));
+        let comes_along = along >= advance >> 1;
+        if comes_along {
+            self.strays >>= 1;
+            self.strays_since = positions.midway(self.strays_since);
+        }
+        advance >= limits.standing_advance && !comes_along
     }
 
     /// Whether the wheel or the encoder is at fault when a count stands still or creeps.
@@ -341,5 +371,13 @@ impl WheelMonitor {
         } else {
             WheelFault::EncoderDead
         }
+    }
+}
+
+/// How far the setpoint moved, and the wheel along with it.
+fn along_setpoint(moved: Positions) -> (i32, i32) {
+    match moved.setpoint {
+        0.. => (moved.setpoint, moved.travel),
+        _ => (moved.setpoint.wrapping_neg(), moved.travel.wrapping_neg()),
     }
 }

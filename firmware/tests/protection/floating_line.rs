@@ -1,0 +1,91 @@
+//! One line of the encoder floats: a level by chance at every look, 20 times a tick.
+
+use shared_proto::{Fault, Wheel};
+
+use super::long_counts::with_counts;
+use super::metres;
+use super::wheel_bench::{MOTOR, Mishap, Motor, run, run_and_measure, run_motor};
+
+/// Instants from the start of a motion until well within its cruise \[ms\].
+fn instants(cruise: f64, acceleration: f64) -> impl Iterator<Item = u32> {
+    let cruises_ms = (cruise / acceleration * 1000.0) as u32;
+    let starting = (0..130).step_by(13);
+    starting.chain((200..1600).step_by(37).map(move |after_ms| cruises_ms + after_ms))
+}
+
+#[test]
+fn a_line_that_floats_does_not_let_the_wheel_of_a_fine_encoder_run() {
+    // The count trembles on one spot, and shows neither a stand nor a jump. At 10 mm/s it took 60 to 370 mm until the wheel
+    // was too far from its setpoint.
+    for (cruise, median_most_mm, most_mm) in
+        [(0.01, 6.0, 32.0), (0.02, 4.0, 9.0), (0.035, 4.0, 7.0), (0.12, 4.0, 7.0)]
+    {
+        let mut rolled_mm = Vec::new();
+        for counts in [2000.0, 3763.0, 8000.0, 20_000.0] {
+            for acceleration in [0.1, 0.98] {
+                let drive = metres(1.5, 1.5, cruise, acceleration);
+                for mishap_ms in instants(cruise, acceleration) {
+                    let (config, mishap) = (with_counts(counts), Mishap::LineFloats);
+                    let found = run_and_measure(MOTOR, &config, &[drive], mishap, mishap_ms, 250);
+                    let (fault, _, rolled_m) = found.unwrap();
+                    assert_eq!(fault, Fault::EncoderDead(Wheel::Left), "{counts} {mishap_ms}");
+                    rolled_mm.push(rolled_m * 1000.0);
+                }
+            }
+        }
+        rolled_mm.sort_by(f64::total_cmp);
+        let (median_mm, farthest_mm) = (rolled_mm[rolled_mm.len() / 2], rolled_mm.last().unwrap());
+        println!("{cruise} m/s: {median_mm:.1} mm, at most {farthest_mm:.1} mm");
+        assert!(median_mm < median_most_mm, "{cruise}: {median_mm}");
+        assert!(*farthest_mm < most_mm, "{cruise}: {farthest_mm}");
+    }
+}
+
+#[test]
+fn a_line_that_floats_is_hardly_ever_called_a_reversed_encoder() {
+    // By chance it counts as a reversed one would for a while.
+    let (mut dead, mut reversed) = (0, 0);
+    for counts in [64.0, 100.0, 200.0, 360.0, 600.0, 1200.0] {
+        for cruise in [0.3, 0.4] {
+            for acceleration in [0.5, 0.98] {
+                let drive = metres(1.5, 1.5, cruise, acceleration);
+                for after_ms in (200..1600).step_by(11) {
+                    let mishap_ms = (cruise / acceleration * 1000.0) as u32 + after_ms;
+                    match run(&with_counts(counts), &[drive], Mishap::LineFloats, mishap_ms, 250) {
+                        Some((Fault::EncoderDead(Wheel::Left), _)) => dead += 1,
+                        Some((Fault::EncoderReversed(Wheel::Left), _)) => reversed += 1,
+                        found => panic!("{found:?}: {counts} {cruise} {mishap_ms}"),
+                    }
+                }
+            }
+        }
+    }
+    println!("{dead} dead, {reversed} reversed");
+    assert!(dead > 3000 && reversed <= 3);
+}
+
+#[test]
+fn a_sound_wheel_that_shakes_has_no_line_that_floats() {
+    let shakes = [(1e-5, 314.0), (1e-5, 133.0), (3e-5, 133.0), (3e-5, 62.0)].into_iter().chain([
+        (1e-4, 62.0),
+        (1e-4, 17.0),
+        (2e-4, 17.0),
+        (5e-4, 9.0),
+    ]);
+    for (by_m, hz) in shakes {
+        for counts in [64.0, 600.0, 2797.0, 8000.0, 20_000.0] {
+            for cruise in [0.005, 0.01, 0.03, 0.12] {
+                // Half as much friction again as is configured.
+                for friction in [0.044, 0.06] {
+                    let drives = [metres(0.1, 0.1, cruise, 0.5), metres(-0.05, -0.05, cruise, 0.1)];
+                    let (motor, mishap) = (Motor { friction, ..MOTOR }, Mishap::Shakes(by_m, hz));
+                    let found = run_motor(motor, &with_counts(counts), &drives, mishap, 0, 250);
+                    assert_eq!(
+                        found, None,
+                        "{by_m} m, {hz} Hz, {counts}, {cruise} m/s, {friction}"
+                    );
+                }
+            }
+        }
+    }
+}

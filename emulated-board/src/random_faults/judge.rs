@@ -206,6 +206,9 @@ fn both(one: FaultKind, other: FaultKind) -> Vec<Name> {
         ) => [Fault::EncoderDead, Fault::NoResponse]
             .map(|of| Name::Fault(of(wheel.other())))
             .to_vec(),
+        (FaultKind::EncodersExchanged, FaultKind::EncoderNoise(wheel, _)) => {
+            vec![Name::Fault(Fault::CountRate(wheel.other()))]
+        }
         // Whatever is commanded of the one wheel drives the other one's motor.
         (FaultKind::MotorsExchanged, FaultKind::MotorCut(wheel)) => {
             vec![Name::Fault(Fault::NoResponse(wheel.other()))]

@@ -2,7 +2,7 @@
 
 use shared_proto::{Config, Fault, Wheel};
 
-use super::wheel_bench::{MOTOR, Mishap, Motor, run, run_and_measure, run_motor};
+use super::wheel_bench::{MOTOR, Mishap, Motor, run, run_and_measure, run_from, run_motor};
 use super::{NEVER, metres};
 
 pub fn with_counts(counts_per_rev: f64) -> Config {
@@ -99,4 +99,30 @@ fn without_a_feedforward_nothing_is_known_of_a_push() {
     }
     let drives = [metres(0.1, 0.1, 0.02, 0.05)];
     assert_eq!(run(&config, &drives, Mishap::None, NEVER, 700), None);
+}
+
+#[test]
+fn a_line_that_sticks_while_the_wheel_is_driven_back_to_its_setpoint_is_no_reversed_encoder() {
+    // The encoder check leaves a wheel some counts ahead. One count back it is driven, and two more the line takes it.
+    let mut faults = 0;
+    for counts in [48.0, 65.0, 80.0, 100.0, 150.0] {
+        for ahead in [1.6, 1.9, 2.1, 2.4, 2.6] {
+            for mishap_ms in (0..240).step_by(3) {
+                for high in [false, true] {
+                    let drive = metres(1.0, 1.0, 0.3, 0.8);
+                    let mishap = (Mishap::LineStuck(high), mishap_ms);
+                    let config = with_counts(counts);
+                    let found = run_from(ahead, MOTOR, &config, &[drive], mishap, 250);
+                    let (fault, after_ms, _) = found.unwrap();
+                    faults += 1;
+                    assert_ne!(
+                        fault,
+                        Fault::EncoderReversed(Wheel::Left),
+                        "{counts} counts, {ahead} ahead, stuck at {mishap_ms}, {high}: after {after_ms} ms"
+                    );
+                }
+            }
+        }
+    }
+    assert_eq!(faults, 4000);
 }

@@ -1,5 +1,6 @@
 //! The watch over the wheels: every fault named in time, and none in normal driving.
 
+mod crawl;
 mod floating_line;
 mod long_counts;
 mod wheel_bench;
@@ -33,7 +34,7 @@ fn at_the_papers_cruise_each_mishap_is_named_within_90_ms() {
     let mut latest_ms = 0;
     for (mishap, fault) in [
         (Mishap::EncoderUnplugged, Fault::EncoderDead(Wheel::Left)),
-        (Mishap::LineStuck, Fault::EncoderDead(Wheel::Left)),
+        (Mishap::LineStuck(true), Fault::EncoderDead(Wheel::Left)),
         (Mishap::LineFloats, Fault::EncoderDead(Wheel::Left)),
         (Mishap::EncoderReversed, Fault::EncoderReversed(Wheel::Left)),
         // Standing after 1 ms, within one count: a jam as hard as this looks the same as a dead wire.
@@ -122,7 +123,7 @@ fn an_encoder_that_dies_at_a_crawl_is_named_long_before_the_following_error_is_u
     let left = Wheel::Left;
     for (mishap, named) in [
         (Mishap::EncoderUnplugged, Fault::NoResponse(left)),
-        (Mishap::LineStuck, Fault::EncoderDead(left)),
+        (Mishap::LineStuck(true), Fault::EncoderDead(left)),
     ] {
         let (fault, after_ms) = run(&Config::default(), &[drive], mishap, 5000, 0).unwrap();
         assert_eq!(fault, named, "{mishap:?}");

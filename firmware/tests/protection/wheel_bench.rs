@@ -15,9 +15,10 @@ pub enum Mishap {
     None,
     /// The count stays what it is.
     EncoderUnplugged,
-    /// One of the two lines stays at its level: the other one counts up and down by one.
-    LineStuck,
-    /// One of the two lines floats: every other count goes a way by chance, and back and forth in between.
+    /// The first line is high or low from here on: the other one counts up and down by one.
+    LineStuck(bool),
+    /// The first line has a level by chance at every look: the count trembles, and each edge of the other one counts a way by
+    /// chance.
     LineFloats,
     /// The count runs backwards from here on.
     EncoderReversed,
@@ -114,14 +115,8 @@ impl Bench {
         }
         match mishap {
             Mishap::EncoderUnplugged => {}
-            Mishap::LineStuck => {
-                let edges = ((self.travel_m / q_m + self.offset).round() as i64) >> 1;
-                if began {
-                    self.sign = self.counts as f64 - (edges & 1) as f64;
-                }
-                self.counts = self.sign as i64 + (edges & 1);
-            }
-            Mishap::LineFloats => self.float(q_m, began),
+            Mishap::LineStuck(high) => self.decode(q_m, began, |_| high),
+            Mishap::LineFloats => self.decode(q_m, began, Self::toss),
             Mishap::Shakes(by_m, hz) => {
                 // Out of step with the ticks.
                 self.shaken_s += 1e-3;
@@ -141,8 +136,8 @@ impl Bench {
         mixed >> 63 != 0
     }
 
-    /// The first line has a level by chance at every look; the other one is what the wheel makes it.
-    fn float(&mut self, q_m: f64, began: bool) {
+    /// Counts as a decoder does. The first line's level is given; the other one's is what the wheel makes it.
+    fn decode(&mut self, q_m: f64, began: bool, first: impl Fn(&mut Self) -> bool) {
         let place = |travel_m: f64| travel_m / q_m + self.offset;
         let (from, to) = (place(self.travel_m - self.speed_mps * 1e-3), place(self.travel_m));
         if began {
@@ -152,7 +147,7 @@ impl Bench {
         }
         for look in 1..=LOOKS {
             let at = from + (to - from) * f64::from(look) / f64::from(LOOKS);
-            let seen = [self.toss(), levels(at.round() as i64)[1]];
+            let seen = [first(self), levels(at.round() as i64)[1]];
             for line in 0..2 {
                 if self.lines[line] != seen[line] {
                     self.lines[line] = seen[line];
@@ -210,13 +205,25 @@ pub fn run_and_measure(
     mishap_ms: u32,
     after_ms: u32,
 ) -> Option<(Fault, u32, f64)> {
+    run_from(0.3, motor, config, drives, (mishap, mishap_ms), after_ms)
+}
+
+/// The same from so many counts ahead of the setpoint.
+pub fn run_from(
+    ahead_counts: f64,
+    motor: Motor,
+    config: &Config,
+    drives: &[Drive],
+    (mishap, mishap_ms): (Mishap, u32),
+    after_ms: u32,
+) -> Option<(Fault, u32, f64)> {
     let odometry = Odometry::new(config);
     let gains = Gains::new(config, Wheel::Left);
     let mut benches = odometry.meters_per_count().map(|q| Bench {
         travel_m: 0.0,
         speed_mps: 0.0,
-        counts: 0,
-        offset: 0.3,
+        counts: ahead_counts.round() as i64,
+        offset: ahead_counts,
         sign: 1.0,
         lines: [false; 2],
         noise: 1,
@@ -224,7 +231,7 @@ pub fn run_and_measure(
         shaken_s: 0.0,
         motor,
         pid: PidState::default(),
-        estimator: SpeedEstimator::new(q, 0),
+        estimator: SpeedEstimator::new(q, ahead_counts.round() as i64),
     });
     let mut profile = Profile::new(Plan::hold(WheelPair::default()));
     let mut protection = Protection::new(config);

@@ -51,6 +51,8 @@ pub(super) struct WheelThresholds {
     pub acceleration_cost: i64,
     /// Duty times looks that takes a wheel four counts far, slowly \[2^-18\].
     pub push_max: i32,
+    /// A wheel is pushed by a duty above this \[2^-30\].
+    pub push_duty: u32,
     pub resting_error: i32,
     pub resting_duty: u32,
     pub quiet: QuietBounds,
@@ -68,14 +70,14 @@ pub(super) struct QuietBounds {
 }
 
 impl QuietBounds {
-    fn new(error_max: i32, resting_error: i32, advance: i32) -> Self {
+    fn new(error: i32, resting_error: i32, advance: i32) -> Self {
         // A wheel that only just is not quiet is looked at: nothing is rounded up.
-        let error = |steps: i32| {
+        let fine = |steps: i32| {
             saturate_i32(i64::from(steps) << (I2F30::FRAC_NBITS - POSITION_BITS)) as u32
         };
         Self {
-            error: error(error_max.min(advance)),
-            resting_error: error(resting_error),
+            error: fine(error),
+            resting_error: fine(resting_error),
             advance: (advance - 1) as u32,
         }
     }
@@ -96,7 +98,9 @@ impl WheelThresholds {
         let four_counts = steps(4.0 * q_m);
         let three_counts = (four_counts >> 2) * 3;
         let six_counts = (2 * three_counts).min(three_counts.max(error_max / 4));
-        let least_advance = steps(0.002);
+        let (count, least_advance) = (four_counts >> 2, steps(0.002));
+        // A long count takes longer, and what pushes it that long may be friction.
+        let pushing = if four_counts > least_advance { 10 } else { 20 };
         let standing_advance = four_counts.max(least_advance);
         let friction = nearest(ks, I2F30::FRAC_NBITS);
         let speed_cost = nearest(kv * share, 8);
@@ -115,9 +119,14 @@ impl WheelThresholds {
             speed_cost,
             acceleration_cost: nearest(ka * (share * hz), 0),
             push_max: saturate_i32((speed_cost * i64::from(four_counts)) >> (9 + PUSH_SHIFT)),
+            push_duty: friction as u32 + (1 << I2F30::FRAC_NBITS) / pushing,
             resting_error: four_counts,
             resting_duty: friction as u32 + (1 << I2F30::FRAC_NBITS) / 10,
-            quiet: QuietBounds::new(error_max, four_counts, least_advance.max(four_counts >> 2)),
+            quiet: QuietBounds::new(
+                error_max.min(least_advance.max(count)),
+                four_counts,
+                (least_advance >> 2).max(count),
+            ),
         }
     }
 }

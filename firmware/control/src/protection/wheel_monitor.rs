@@ -233,6 +233,7 @@ impl WheelMonitor {
         self.run = Some(Run::new(self.last.positions, self.tick, speed));
     }
 
+    #[inline(always)]
     fn record(&mut self, view: &WheelSample<'_>, forward: bool) {
         let positions = view.positions();
         let advanced = positions.since(self.last.positions).setpoint;
@@ -241,7 +242,9 @@ impl WheelMonitor {
             0 => positions.setpoint.wrapping_sub(self.last.positions.travel),
             _ => advanced,
         };
-        if wanted != 0 && (wanted > 0) == forward {
+        let along = |way: i32| way != 0 && (way > 0) == forward;
+        // A wheel that is ahead, as after the encoder check, is driven back.
+        if along(wanted) || along(positions.error()) {
             self.run = None;
         } else if self.run.is_none() {
             self.begin_run();
@@ -284,7 +287,7 @@ impl WheelMonitor {
         let stands = self.standing_ticks() >= 2 * limits.stall_ticks;
         if !view.rests() && (self.run.is_none() || stands) {
             let duty = view.duty().0.to_bits().abs();
-            let excess = (duty - limits.resting_duty as i32) >> PUSH_SHIFT;
+            let excess = (duty - limits.push_duty as i32) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
         }
     }

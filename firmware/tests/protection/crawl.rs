@@ -1,0 +1,76 @@
+//! Encoders that die while a motion starts or crawls.
+
+use shared_proto::{Fault, Wheel};
+
+use super::long_counts::with_counts;
+use super::wheel_bench::{MOTOR, Mishap, Motor, run_and_measure, run_motor};
+use super::{NEVER, metres};
+
+#[test]
+fn an_encoder_that_dies_at_a_crawl_does_not_let_its_wheel_run() {
+    // The setpoint takes a second and more for the 2 mm that tell by themselves.
+    for (cruise, median_most_mm, most_mm) in
+        [(0.003, 8.0, 16.0), (0.005, 7.0, 16.0), (0.0085, 6.0, 16.0), (0.015, 5.0, 16.0)]
+    {
+        let mut rolled_mm = Vec::new();
+        for counts in [900.0, 2797.0, 20_000.0] {
+            // From half the configured friction to half as much again.
+            for friction in [0.02, 0.044, 0.06] {
+                for acceleration in [0.0065, 0.03, 0.3] {
+                    for mishap_ms in [0, 50, 150, 300, 1000, 1500, 2000, 2011, 2037, 2050] {
+                        let drive = metres(0.05, 0.05, cruise, acceleration);
+                        let motor = Motor { friction, ..MOTOR };
+                        let (config, mishap) = (with_counts(counts), Mishap::EncoderUnplugged);
+                        let found =
+                            run_and_measure(motor, &config, &[drive], mishap, mishap_ms, 250);
+                        let (fault, _, rolled_m) = found.unwrap();
+                        let left = Wheel::Left;
+                        // From this speed friction stops a wheel within a few counts.
+                        let names =
+                            [Fault::NoResponse(left), Fault::EncoderDead(left), Fault::Stall(left)];
+                        assert!(names.contains(&fault), "{fault}");
+                        rolled_mm.push(rolled_m * 1000.0);
+                    }
+                }
+            }
+        }
+        rolled_mm.sort_by(f64::total_cmp);
+        let (median_mm, farthest_mm) = (rolled_mm[rolled_mm.len() / 2], rolled_mm.last().unwrap());
+        println!("{cruise} m/s: {median_mm:.1} mm, at most {farthest_mm:.1} mm");
+        assert!(median_mm < median_most_mm, "{cruise}: {median_mm}");
+        assert!(*farthest_mm < most_mm, "{cruise}: {farthest_mm}");
+    }
+}
+
+#[test]
+fn a_sound_robot_with_other_motors_crawls() {
+    for counts in [900.0, 2797.0, 20_000.0] {
+        for friction in [0.02, 0.044, 0.06] {
+            for time_constant_s in [0.03, 0.06, 0.2] {
+                for duty_per_mps in [1.2, 1.85, 2.6] {
+                    for cruise in [0.003, 0.005, 0.01, 0.03] {
+                        for acceleration in [0.0065, 0.03, 0.5] {
+                            let drives = [
+                                metres(0.05, 0.05, cruise, acceleration),
+                                metres(-0.03, 0.03, cruise, acceleration),
+                            ];
+                            let motor = Motor { friction, duty_per_mps, time_constant_s };
+                            let found = run_motor(
+                                motor,
+                                &with_counts(counts),
+                                &drives,
+                                Mishap::None,
+                                NEVER,
+                                700,
+                            );
+                            assert_eq!(
+                                found, None,
+                                "{motor:?}, {counts}, {cruise} m/s, {acceleration} m/s^2"
+                            );
+                        }
+                    }
+                }
+            }
+        }
+    }
+}

@@ -8,7 +8,7 @@ use std::time::Duration;
 use futures_lite::future;
 use host_link::motion::Motion;
 use host_link::session::Session;
-use shared_proto::{Command, MotionEnd, MotionId, Refusal, State, TravelUnit, WheelPair};
+use shared_proto::{Command, Fault, MotionEnd, MotionId, Refusal, State, TravelUnit, WheelPair};
 use sim_target::{now_us, sleep_until_us};
 
 use super::draw::Case;
@@ -189,8 +189,18 @@ impl After<'_> {
         } else if self.a_motor_has_no_current() {
             latched = self.drive_on().await?;
         }
+        if self.stop_line_stays_unseen() {
+            return Ok(());
+        }
         self.mend(latched).await?;
         self.drive_again().await
+    }
+
+    /// The task that would see the stop line closed again has stopped: the robot stays off until it is reset.
+    fn stop_line_stays_unseen(&self) -> bool {
+        let stops = |happened: &Happened| happened.kind == FaultKind::TaskStops("stop_line");
+        self.observed.fault == Some(Fault::EmergencyStop)
+            && self.observed.happened.iter().any(stops)
     }
 
     fn a_motor_has_no_current(&self) -> bool {

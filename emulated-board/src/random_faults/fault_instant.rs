@@ -74,6 +74,8 @@ const END_MS: f64 = 290.0;
 const SILENCE_MS: f64 = 200.0;
 /// What the host's view of an instant may be off by: a frame of telemetry, and ten ticks of planning \[ms\].
 const VIEW_MS: f64 = 25.0;
+/// A host that dies may still send what it has begun to write \[ms\].
+const SENDS_MS: f64 = 1.0;
 /// What the firmware takes for arrived after all, if no fault is to be raised \[um\].
 const ARRIVED_UM: u32 = 2000;
 /// The firmware's tasks look at their inputs from then on \[us\].
@@ -226,10 +228,10 @@ impl FaultInstant {
     pub fn if_host_is_needed(&self, fault: Fault) -> Vec<Name> {
         let mut names = self.if_renewals_are_needed(fault);
         let commanded_ms = (self.at_us as f64 - self.commanded_us as f64) / 1000.0;
-        if self.situation == Situation::Before && commanded_ms < 0.0 {
+        if self.situation == Situation::Before && commanded_ms < -SENDS_MS {
             names = vec![Name::Harmless];
         } else if self.situation == Situation::Before && commanded_ms < VIEW_MS {
-            // The command is on its way.
+            // The command is on its way, or goes out yet.
             names.push(Name::Harmless);
         } else if self.situation == Situation::Rest {
             names = vec![Name::Harmless];

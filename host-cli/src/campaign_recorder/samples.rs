@@ -8,13 +8,13 @@ use crate::pose_source::Sigma;
 use campaign::{Column, RobotFile, Row};
 
 /// The `robot.toml` of a robot with this configuration, and with this noise of its poses if it is
-/// known.
+/// known. A simulated camera without noise leaves it to be learnt.
 ///
 /// The file has one encoder for both wheels, the left one: see [`on_one_encoder`].
 pub fn robot_file(config: &Config, noise: Option<Sigma>) -> RobotFile {
     RobotFile {
-        position_sigma_m: noise.map(|noise| noise.position_m),
-        heading_sigma_rad: noise.map(|noise| noise.heading_rad),
+        position_sigma_m: noise.map(|noise| noise.position_m).filter(|sigma| *sigma > 0.0),
+        heading_sigma_rad: noise.map(|noise| noise.heading_rad).filter(|sigma| *sigma > 0.0),
         ..RobotFile::of(config)
     }
 }
@@ -115,6 +115,13 @@ mod tests {
     use shared_proto::WheelPair;
 
     use super::*;
+
+    #[test]
+    fn a_camera_without_noise_leaves_it_to_be_learnt() {
+        let exact = Sigma { position_m: 0.0, heading_rad: 0.002 };
+        let robot = robot_file(&Config::default(), Some(exact));
+        assert_eq!((robot.position_sigma_m, robot.heading_sigma_rad), (None, Some(0.002)));
+    }
 
     #[test]
     fn wheels_that_turn_equally_have_equal_counts_whatever_their_encoders() {

@@ -119,6 +119,11 @@ impl Promise {
                 (MotorsOff::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog))
             }
             K::Program(what, ..) => program(what),
+            // Before the program watches the clock. A chip's core would stand, its motors off; the emulated one goes on.
+            K::ClockFails if instant.is_at_power_on() => {
+                let restarts = Name::Restart(ResetCause::Panic);
+                (MotorsOff::NotNeeded, vec![Name::Harmless, restarts])
+            }
             // A host without an answer to its hello does not know of the restart, and drives.
             K::ClockFails if instant.is_before_the_host() => {
                 (MotorsOff::NotNeeded, restart(ResetCause::Panic))

@@ -3,24 +3,39 @@
 //! What is missing makes these runs err, and no smooth function of what was recorded says how: a wet patch, counts that get
 //! lost at top speed. Learnt from all runs, the noise is then that of the runs that are off. But noise is the same in all
 //! runs, and the others show it. So these are explained by themselves, and what a model of them reaches is reachable.
+//!
+//! But of runs that all have the same noise, too, some are quieter than others. And a flexible model may explain what
+//! throws runs off. So what it reaches on all runs stands, unless the quiet ones show less beyond chance: by more than the
+//! `quiet` quietest of `all` runs of equal noise. With D the mean squared displacement, n the numbers measured in a run:
+//!
+//! ```text
+//! F = c D^2(all) / D^2(quiet),   c = P(chi^2_(n+2) < q) / s,   P(chi^2_n < q) = s = quiet / all   (1)
+//! ```
+//!
+//! c is the mean square of the quietest share s, over that of all.
 
 use crate::effect::definition::Effect;
 use crate::estimation::errors::Errors;
 use crate::estimation::fit::Fitted;
 use crate::explain::model_errors::errors;
+use crate::numeric::distributions::{chi_squared, fisher};
 use crate::recording::campaign::{Prepared, PreparedRun};
-use crate::residuals::flexible_model::{flexible, lower};
+use crate::residuals::flexible_model::{displacement_m, flexible, lower, numbers_measured};
 use crate::residuals::uneven_runs::{RUNS_MIN, divided};
 use crate::selection::select::select;
 
 /// How often runs that are off are set aside: beside runs that are off by far, others look quiet.
 const ROUNDS_MAX: usize = 4;
+/// Significance level of (1): the runs were divided at the same one.
+const P_MAX: f64 = 1e-3;
 
-/// What is reachable on the runs that are not off by far more than others; `None` if all runs are alike.
+/// What is reachable on the runs that are not off by far more than others. `None` if all runs are alike, or if a model
+/// that reaches `on_all` of all runs leaves no more than that.
 pub(super) fn reachable_on_quiet_runs(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
     catalogue: &[&dyn Effect],
+    on_all: &Errors,
 ) -> Option<Errors> {
     let mut quiet = among(prepared, &divided(prepared, fitted, RUNS_MIN)?.quiet);
     let mut selection = select(&quiet, catalogue);
@@ -32,8 +47,51 @@ pub(super) fn reachable_on_quiet_runs(
     // Effects of few runs may predict each of them worse than none do.
     let nominal = errors(&quiet, &selection.fitted.noise, &[]).cross_validated;
     let reachable = flexible(&quiet, &selection.fitted, catalogue).reachable;
-    Some(lower(&nominal, &reachable, prepared.robot.track_width_m))
+    let track_width_m = prepared.robot.track_width_m;
+    let on_quiet = lower(&nominal, &reachable, track_width_m);
+    let of = |errors: &Errors| displacement_m(errors, track_width_m);
+    let both = [(prepared, of(on_all)), (&quiet, of(&on_quiet))]
+        .map(|(of, displacement_m)| Displaced::new(of, displacement_m));
+    is_less_beyond_chance(both).then_some(on_quiet)
 }
+
+/// How far tracks of some runs are off.
+#[derive(Clone, Copy)]
+struct Displaced {
+    displacement_m: f64,
+    runs: usize,
+    /// How many were measured.
+    numbers: f64,
+}
+
+impl Displaced {
+    fn new(of: &Prepared, displacement_m: f64) -> Self {
+        Self { displacement_m, runs: of.runs.len(), numbers: numbers_measured(of) }
+    }
+}
+
+/// Whether the quiet ones of all runs are off by less than chance explains: (1).
+fn is_less_beyond_chance([all, quiet]: [Displaced; 2]) -> bool {
+    let each = (all.numbers / all.runs as f64).round().max(1.0);
+    let of_quietest = square_of_quietest(quiet.runs as f64 / all.runs as f64, each as usize);
+    let times = (all.displacement_m / quiet.displacement_m).powi(2);
+    let freedom = all.numbers;
+    fisher(freedom as usize, quiet.numbers, freedom * of_quietest * times) < P_MAX
+}
+
+/// c of (1): the mean square of the quietest share of runs, over that of all, where all have the same noise.
+fn square_of_quietest(share: f64, numbers: usize) -> f64 {
+    let below = |freedom: usize, square: f64| 1.0 - chi_squared(freedom, square);
+    let (mut low, mut high) = (0.0, 10.0 * (numbers + 1) as f64);
+    for _ in 0..BISECTIONS {
+        let middle = (low + high) / 2.0;
+        if below(numbers, middle) < share { low = middle } else { high = middle }
+    }
+    below(numbers + 2, low) / share
+}
+
+/// Enough for ten digits.
+const BISECTIONS: usize = 40;
 
 /// The campaign of these runs alone.
 fn among(prepared: &Prepared, runs: &[usize]) -> Prepared {
@@ -50,9 +108,14 @@ fn among(prepared: &Prepared, runs: &[usize]) -> Prepared {
 
 #[cfg(test)]
 mod tests {
+    use super::*;
+    use crate::effect::catalogue::CATALOGUE;
     use crate::explain::explain;
+    use crate::explain::model_choice::choose;
     use crate::recording::campaign::Campaign;
-    use crate::tests::synthetic::{ends, push_some_aside};
+    use crate::tests::synthetic::{
+        ALONE, campaign, end_poses_only, ends, full_plan, push_some_aside, term,
+    };
 
     #[test]
     fn what_some_runs_are_off_by_is_not_the_error_floor_of_all() {
@@ -63,6 +126,42 @@ mod tests {
             push_some_aside(&mut pushed);
             let times = floor_m(&pushed) / sound_m;
             assert!((times - 1.0).abs() < 0.3, "seed {seed}: {times} of the sound robot's");
+        }
+    }
+
+    #[test]
+    fn the_quietest_runs_of_equal_noise_are_quieter_by_chance() {
+        // Of chi^2 of two degrees, which is exponential, the lower half lies below 2 ln 2.
+        let half = square_of_quietest(0.5, 2);
+        assert!((half - (1.0 - core::f64::consts::LN_2)).abs() < 1e-6, "{half}");
+        assert!((square_of_quietest(1.0, 3) - 1.0).abs() < 1e-6);
+        let of = |displacement_m, runs: usize| Displaced {
+            displacement_m,
+            runs,
+            numbers: 3.0 * runs as f64,
+        };
+        let is_less = |quiet, all| is_less_beyond_chance([of(all, 20), of(quiet, 10)]);
+        // Twice as quiet is what chance gives the quietest half; three times is not.
+        assert!(!is_less(1e-3, 2e-3) && is_less(1e-3, 3e-3));
+    }
+
+    #[test]
+    fn what_a_flexible_model_reaches_on_all_runs_stands_where_quiet_ones_are_less_by_chance() {
+        // What the catalogue lacks here throws some runs off. A flexible model finds scrub, but not unequal radii.
+        for (id, less) in [("scrub", false), ("wheel_radius_ratio", true)] {
+            let (_, values) = ALONE.into_iter().find(|effect| effect.0 == id).unwrap();
+            let catalogue: Vec<&dyn Effect> =
+                CATALOGUE.into_iter().filter(|effect| effect.facts().id != id).collect();
+            let recorded = end_poses_only(campaign(&full_plan(), &[term(id, values)], 0));
+            let choice = choose(recorded.prepare().unwrap(), &catalogue, &[]);
+            let quiet = |on_all: &Errors| {
+                reachable_on_quiet_runs(&choice.prepared, &choice.selected, &catalogue, on_all)
+            };
+            let all = choice.flexible.reachable;
+            let none = Errors { position_rms_m: 1.0, ..all };
+            let lower = quiet(&none).expect("some runs are off");
+            assert!(lower.position_rms_m < all.position_rms_m, "{lower:?}, {all:?}");
+            assert_eq!(quiet(&all).is_some(), less, "{id}: {lower:?}, {all:?}");
         }
     }
 }

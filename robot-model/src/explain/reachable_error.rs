@@ -34,11 +34,9 @@ pub(super) fn reachable_and_unexplained(
         Some(alternative) => lower(&flexible.reachable, &alternative.errors, track_width_m),
         None => flexible.reachable,
     };
-    let begun = match reachable_on_quiet_runs(prepared, &choice.selected, catalogue) {
-        Some(quiet) => lower(&begun, &quiet, track_width_m),
-        None => begun,
-    };
-    let reachable = lowest(begun, reached, track_width_m);
+    let on_all = lowest(begun, reached, track_width_m);
+    let on_quiet = reachable_on_quiet_runs(prepared, &choice.selected, catalogue, &on_all);
+    let reachable = on_quiet.map_or(on_all, |quiet| lower(&on_all, &quiet, track_width_m));
     let after = reached.last().unwrap_or(&reachable);
     let square = |errors: &Errors| errors.position_rms_m.powi(2);
     found.size_m = (square(after) - square(&reachable)).max(0.0).sqrt();

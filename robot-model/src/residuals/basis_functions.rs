@@ -233,6 +233,21 @@ pub(super) static FUNCTIONS: &[AuxiliaryEffect] = &[
             }
         },
     },
+    // A carpet's pile carries each tyre as far as it rolls: in a spin as well, where the middle goes nowhere, and in an arc
+    // the outer one further.
+    AuxiliaryEffect {
+        regressor: Regressor::Heading,
+        act: |p, step, _| {
+            let rolled_m = step.wheel_travel_m().map(f64::abs);
+            let (sin, cos) = step.heading_rad.sin_cos();
+            let ahead = p[0] * cos + p[1] * sin;
+            Change {
+                drift_m: [p[0] * rolled_m.mean(), p[1] * rolled_m.mean()],
+                turn_rad: ahead * (rolled_m.difference() / step.track_width_m),
+                ..Change::NONE
+            }
+        },
+    },
     AuxiliaryEffect {
         regressor: Regressor::TimeInRun,
         act: |p, step, _| {

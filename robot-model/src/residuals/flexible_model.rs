@@ -300,12 +300,17 @@ const NOISE_TOLD: f64 = 1.5;
 /// Where few numbers are measured, as at the ends of runs only, what no effect explains makes the noise so large that no
 /// group could gain enough.
 fn overestimated(prepared: &Prepared, left_out: &[f64]) -> f64 {
+    let chi_squared = left_out.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    (numbers_measured(prepared) / (NOISE_TOLD * chi_squared)).max(1.0)
+}
+
+/// How many numbers were measured, but for the starts of runs.
+pub(crate) fn numbers_measured(prepared: &Prepared) -> f64 {
     let poses = prepared.runs.iter().flat_map(|run| run.recording.measured_poses.iter().skip(1));
     let numbers = poses.map(|pose| {
         f64::from(2 * u8::from(pose.position_m.is_some()) + u8::from(pose.heading_rad.is_some()))
     });
-    let chi_squared = left_out.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    (numbers.sum::<f64>() / (NOISE_TOLD * chi_squared)).max(1.0)
+    numbers.sum()
 }
 
 /// The group that lowers displacements of runs left out most, if by enough: (2).

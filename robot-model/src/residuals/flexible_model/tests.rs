@@ -30,6 +30,35 @@ impl Effect for LateTyres {
     }
 }
 
+/// A carpet whose pile carries each tyre as far as it rolls.
+#[derive(Debug)]
+struct Pile;
+
+impl Effect for Pile {
+    fn facts(&self) -> Facts<'_> {
+        static FACTS: Facts<'static> = Facts {
+            id: "pile",
+            parameters: &[
+                Parameter::amplitude("d_x", "1", 1.0),
+                Parameter::amplitude("d_y", "1", 1.0),
+            ],
+            ..Facts::DEFAULT
+        };
+        FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _: &mut Memory) -> Change {
+        let [left_m, right_m] = [step.wheel_travel_m().left, step.wheel_travel_m().right];
+        let (both_m, more_m) = (left_m.abs() + right_m.abs(), right_m.abs() - left_m.abs());
+        let (sin, cos) = step.heading_rad.sin_cos();
+        Change {
+            drift_m: [p[0] * (both_m / 2.0), p[1] * (both_m / 2.0)],
+            turn_rad: (p[0] * cos + p[1] * sin) * (more_m / step.track_width_m),
+            ..Change::NONE
+        }
+    }
+}
+
 fn answer_on(hidden: &[Term<'_>], seed: u64) -> Answer {
     explain(&campaign(&full_plan(), hidden, seed)).unwrap()
 }
@@ -68,6 +97,23 @@ fn tyres_that_answer_late_do_not_pass_for_noise() {
             compared(&[Term::new(&LateTyres, vec![0.08])], 60 + seed);
         assert!(least < 1.15 * sound, "{least} of {sound}");
         assert!(model < 1.4 * sound || answer.unexplained.structure, "{model} of {sound}");
+    }
+}
+
+#[test]
+fn a_carpet_that_carries_tyres_in_a_spin_does_not_pass_for_noise() {
+    for seed in 0..2 {
+        let (sound, model, least, answer) =
+            compared(&[Term::new(&Pile, vec![0.03, -0.02])], 100 + seed);
+        assert!(least < 1.15 * sound, "{least} of {sound}");
+        assert!(model < 1.2 * sound || answer.unexplained.structure, "{model} of {sound}");
+        let ends = |hidden: &[Term<'_>]| {
+            explain(&end_poses_only(campaign(&full_plan(), hidden, 100 + seed))).unwrap()
+        };
+        let sound = mm(&ends(&[]).baseline.cross_validated);
+        let least = mm(&ends(&[Term::new(&Pile, vec![0.03, -0.02])]).reachable);
+        println!("ends {least} {sound}");
+        assert!(least < 1.3 * sound, "{least} of {sound}");
     }
 }
 

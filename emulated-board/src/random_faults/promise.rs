@@ -119,11 +119,7 @@ impl Promise {
                 (MotorsOff::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog))
             }
             K::Program(what, ..) => program(what),
-            // Before the program watches the clock. A chip's core would stand, its motors off; the emulated one goes on.
-            K::ClockFails if instant.is_at_power_on() => {
-                let restarts = Name::Restart(ResetCause::Panic);
-                (MotorsOff::NotNeeded, vec![Name::Harmless, restarts])
-            }
+            K::ClockFails if instant.is_at_power_on() => clock_unseen(),
             // A host without an answer to its hello does not know of the restart, and drives.
             K::ClockFails if instant.is_before_the_host() => {
                 (MotorsOff::NotNeeded, restart(ResetCause::Panic))
@@ -176,6 +172,11 @@ fn stands(wheel: Wheel, faults: &[Fault], instant: &FaultInstant) -> Vec<Name> {
         names.push(Name::Fault(Fault::NoResponse(wheel)));
     }
     names
+}
+
+/// The clock fails before the program watches it. A chip's core would stand, its motors off; the emulated one goes on.
+fn clock_unseen() -> (MotorsOff, Vec<Name>) {
+    (MotorsOff::NotNeeded, vec![Name::Harmless, Name::Restart(ResetCause::Panic)])
 }
 
 /// A motor without current. While its setpoint brakes, the wheel may roll out along with it: what it is off shows at the latest

@@ -148,9 +148,9 @@ impl Bench {
         for look in 1..=LOOKS {
             let at = from + (to - from) * f64::from(look) / f64::from(LOOKS);
             let seen = [first(self), levels(at.round() as i64)[1]];
-            for line in 0..2 {
-                if self.lines[line] != seen[line] {
-                    self.lines[line] = seen[line];
+            for (line, level) in seen.into_iter().enumerate() {
+                if self.lines[line] != level {
+                    self.lines[line] = level;
                     self.counts += decoded(self.lines, line == 0);
                 }
             }

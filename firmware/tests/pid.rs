@@ -1,5 +1,7 @@
 //! The controller against its equations in f64, over every accepted configuration.
 
+use std::f64::consts::TAU;
+
 use firmware::pid::{self, Gains, PidState};
 use firmware::profile::Setpoint;
 use firmware::supply::UNSCALED;
@@ -58,6 +60,11 @@ fn tame() -> impl Strategy<Value = (Setpoint, Travel, Speed)> {
     })
 }
 
+fn rest_band_m(config: &Config) -> f64 {
+    let q_m = TAU * config.geometry.wheel_radius_m / config.encoder.left.counts_per_rev;
+    q_m.max(0.25e-3)
+}
+
 /// The equations (1) to (5) as they stand.
 #[derive(Default)]
 struct Reference {
@@ -82,7 +89,8 @@ impl Reference {
         let low = (self.duty - change).max(-limits.duty_max);
         let high = (self.duty + change).min(limits.duty_max);
         self.duty = wanted.clamp(low, high);
-        if !((wanted > high && e > 0.0) || (wanted < low && e < 0.0)) {
+        let unseen = v == 0.0 && e.abs() < rest_band_m(config);
+        if !unseen && !((wanted > high && e > 0.0) || (wanted < low && e < 0.0)) {
             self.integral = (self.integral + pid.ki_per_m_s * e * DT_S)
                 .clamp(-limits.duty_max, limits.duty_max);
         }
@@ -170,6 +178,36 @@ fn the_integral_does_not_wind_up_while_the_output_is_limited() {
     }
     // 50 roundings of the slew limit to 2^-30.
     assert!(state.duty().to_si().abs() < 50.0 * 0.5f64.powi(30));
+}
+
+#[test]
+fn an_error_below_a_count_of_a_wheel_that_should_stand_is_not_summed() {
+    let config = Config::default();
+    let q_m = rest_band_m(&config);
+    let gains = Gains::new(&config, Wheel::Left);
+    // (v, e in counts, whether it is summed).
+    for (v, counts, summed) in [
+        (0.0, 0.9, false),
+        (0.0, -0.9, false),
+        (0.0, 1.1, true),
+        (0.0, -1.1, true),
+        (0.01, 0.9, true),
+    ] {
+        let mut state = PidState::default();
+        let travel = Travel::from_si(counts * q_m);
+        let setpoint = Setpoint { travel, speed: Speed::from_si(v), ..Setpoint::default() };
+        for _ in 0..10_000 {
+            pid::step(
+                &gains,
+                &mut state,
+                &setpoint,
+                Travel::default(),
+                Speed::from_si(v),
+                UNSCALED,
+            );
+        }
+        assert_eq!(state.terms().integral != 0, summed, "{v} m/s, {counts} counts");
+    }
 }
 
 #[test]

@@ -7,10 +7,14 @@
 //! ```text
 //! u_ff = (kS sign(v) + kV v + kA a) / U_nominal                                 (1)  kS by direction
 //! u_p  = kp e                                                                   (2)
-//! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit     (3)
+//! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit;
+//!        while v = 0, only of e of a count and 0.25 mm, or more                 (3)
 //! u_d  = kd (v - v_m)                                                           (4)
 //! u    = g (u_ff + u_p + u_i + u_d), within +-duty_max, changing by duty_slew dt at most    (5)
 //! ```
+//!
+//! A wheel that stands within a count of its place stays there. The sum of so small an error would grow until it turns the
+//! wheel, and for ever if the encoder is dead.
 //!
 //! The terms are shares of the nominal supply, and g is the nominal over the measured supply
 //! ([`crate::supply`]); u is a share of the supply at hand. Forward is positive everywhere. A tick uses the sum (3)
@@ -31,8 +35,9 @@
 use fixed::types::I2F30;
 use shared_proto::{Config, PidTerms, Wheel, WheelPair};
 
+use crate::odometry::Odometry;
 use crate::profile::Setpoint;
-use crate::soft_float::{min, nearest};
+use crate::soft_float::{max, min, nearest};
 use crate::supply::SCALE_BITS;
 use crate::units::{CONTROL_HZ, Duty, Speed, Travel, duty_bits_to_i16, saturate_i32};
 
@@ -43,6 +48,8 @@ const TERM_BITS: u32 = 44;
 const KV_MAX: f64 = 1000.0;
 /// Largest kA as a share of the nominal supply \[s^2/m\].
 const KA_MAX: f64 = 100.0;
+/// So near its place a wheel may stand, where a count is shorter \[m\].
+const REST_BAND_M: f64 = 0.25e-3;
 /// Fractional bits of kp.
 const KP_BITS: u32 = TERM_BITS - ERROR_BITS;
 /// Fractional bits of ki dt.
@@ -73,6 +80,8 @@ pub struct Gains {
     kd: i32,
     duty_max: i32,
     duty_slew_dt: i32,
+    /// At rest an error below this is not summed \[2^-30 m\].
+    rest_band: u32,
 }
 
 impl Gains {
@@ -82,6 +91,7 @@ impl Gains {
         let dt_s = 1.0 / f64::from(CONTROL_HZ);
         let (pid, limits) = (&config.pid, &config.limits);
         let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
+        let q_m = Odometry::new(config).meters_per_count().get(wheel).metres();
         Self {
             ks_forward: scaled(ks_forward, DUTY_BITS),
             ks_backward: -scaled(ks_backward, DUTY_BITS),
@@ -92,6 +102,7 @@ impl Gains {
             kd: scaled(pid.kd_s_per_m, KV_BITS),
             duty_max: scaled(limits.duty_max, DUTY_BITS),
             duty_slew_dt: scaled(limits.duty_slew_per_s * dt_s, DUTY_BITS),
+            rest_band: scaled(max(q_m, REST_BAND_M), ERROR_BITS) as u32,
         }
     }
 
@@ -243,7 +254,8 @@ pub fn step(
 
     // (3)
     let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
-    if !into_limit {
+    let unseen = v == 0 && error.unsigned_abs() < gains.rest_band;
+    if !into_limit && !unseen {
         // Both limits are whole steps of the upper word.
         let bound = gains.duty_max >> (DUTY_BITS + 32 - INTEGRAL_BITS);
         let integral = integral + product(gains.ki_dt, error);

@@ -13,7 +13,7 @@ fn into_s() -> impl Iterator<Item = f64> {
     (2..12).map(|tenth| 0.1 * f64::from(tenth)).chain([3.0, 3.1, 3.2, 3.3, 3.4])
 }
 
-fn coarse(counts_per_rev: f64) -> (Scenario, Config) {
+pub fn with_counts(counts_per_rev: f64) -> (Scenario, Config) {
     let (mut scenario, mut config) = (Scenario::default(), Config::default());
     scenario.plant.encoder.left.counts_per_rev = counts_per_rev;
     scenario.plant.encoder.right.counts_per_rev = counts_per_rev;
@@ -35,7 +35,7 @@ async fn rolled_mm(robot: &mut Robot, into_s: f64) -> (f64, Fault) {
 #[test]
 fn a_dead_encoder_with_few_counts_does_not_let_its_wheel_run() {
     for (counts_per_rev, most_mm) in ENCODERS {
-        let (scenario, config) = coarse(counts_per_rev);
+        let (scenario, config) = with_counts(counts_per_rev);
         let mut all_mm = Vec::new();
         for into_s in into_s() {
             let (mm, fault) = on_robot(&scenario, async |robot| {
@@ -72,7 +72,7 @@ fn a_sound_robot_with_twice_the_friction_passes_its_check_with_any_encoder() {
             if counts_per_rev < 100.0 && (payload_kg, supply_v) == (4.0, 9.6) {
                 continue;
             }
-            let (mut scenario, config) = coarse(counts_per_rev);
+            let (mut scenario, config) = with_counts(counts_per_rev);
             scenario.plant.body.payload_kg = payload_kg;
             scenario.plant.supply.open_circuit_v = supply_v;
             scenario.plant.motor.left.coulomb_torque_nm *= friction;

@@ -6,9 +6,11 @@ use beeline_tests::robot::{Robot, meters, on_robot};
 use futures_lite::future;
 use host_link::Error;
 use host_link::motion::{Twist, drive_at};
-use shared_proto::{Command, MotionEnd, MotionError, MotionId, Refusal, State, Velocity};
+use shared_proto::{Command, MotionEnd, MotionError, MotionId, Refusal, State, Velocity, Wheel};
+use sim_target::plant::PlantFault;
 use sim_target::{Scenario, now_us, sleep_until_us};
 
+use crate::long_counts::with_counts;
 use crate::motion::{check_no_jump, fast_line};
 use crate::safety::begins_to_stop_us;
 
@@ -28,6 +30,63 @@ async fn drive(robot: &mut Robot, period_s: f64, s: f64, wanted: impl Fn(f64) ->
         }
         robot.session.post(Command::Velocity(wanted(elapsed_s))).await.expect("sent");
         robot.listen(period_s).await;
+    }
+}
+
+#[test]
+fn an_encoder_that_dies_while_the_robot_stands_at_velocity_zero_does_not_let_its_wheel_run() {
+    for counts_per_rev in [200.0, 900.0, 1920.0, 8000.0] {
+        for stands_s in [1.0, 1.3, 1.7] {
+            let (scenario, config) = with_counts(counts_per_rev);
+            let rolled_m = on_robot(&scenario, async |robot| {
+                robot.session.write_config(&config).await.expect("valid");
+                robot.tell(Command::Arm { take: false }).await;
+                drive(robot, 0.05, 2.0, |_| velocity(0.05, 0.1)).await;
+                drive(robot, 0.05, stands_s, |_| velocity(0.0, 0.0)).await;
+                let before = robot.snapshot();
+                robot.testbed.inject(PlantFault::EncoderUnplugged(Wheel::Left));
+                drive(robot, 0.05, 60.0, |_| velocity(0.0, 0.0)).await;
+                robot.snapshot().rolled_m.left - before.rolled_m.left
+            });
+            println!("{counts_per_rev} counts, {stands_s} s: {:.1} mm", rolled_m * 1e3);
+            // The integral summed an error of less than a count until it turned the wheel: metres.
+            assert!(rolled_m.abs() < 0.005, "{counts_per_rev} counts: {rolled_m} m");
+        }
+    }
+}
+
+#[test]
+fn interference_at_rest_leaves_nothing_behind_that_stops_the_next_drive() {
+    for counts_per_rev in [1920.0, 8000.0] {
+        for rate in [500.0, 6000.0] {
+            for seed in 0..6 {
+                let (mut scenario, config) = with_counts(counts_per_rev);
+                scenario.seed = seed;
+                on_robot(&scenario, async |robot| {
+                    robot.session.write_config(&config).await.expect("valid");
+                    robot.tell(Command::Arm { take: false }).await;
+                    drive(robot, 0.05, 1.0, |_| velocity(0.05, 0.0)).await;
+                    drive(robot, 0.05, 0.6, |_| velocity(0.0, 0.0)).await;
+                    for half in 0..9 {
+                        let rate = if half % 2 == 0 { rate } else { -rate };
+                        robot.testbed.inject(PlantFault::EncoderNoise(Wheel::Left, rate));
+                        drive(robot, 0.05, 0.05, |_| velocity(0.0, 0.0)).await;
+                    }
+                    robot.testbed.inject(PlantFault::EncoderNoise(Wheel::Left, 0.0));
+                    drive(robot, 0.05, 0.3, |_| velocity(0.0, 0.0)).await;
+                    if let Some(report) = robot.fault().await {
+                        robot.tell(Command::ClearFault { number: report.number }).await;
+                    } else {
+                        robot.tell(Command::Disarm).await;
+                        robot.listen(1.0).await;
+                    }
+                    let id = robot.cruise(&meters(0.05, 0.05, 0.05, 0.2), 0.5).await;
+                    robot.finish(id).await;
+                    let fault = robot.fault().await.map(|report| report.fault);
+                    assert_eq!(fault, None, "{counts_per_rev} counts, {rate}/s, seed {seed}");
+                });
+            }
+        }
     }
 }
 

@@ -113,7 +113,8 @@ impl WheelMonitor {
         let start = view.positions();
         self.last = Change { tick: 0, positions: start };
         self.counts = (view.counts, view.counts);
-        (self.goings_back, self.turns, self.jumps) = (0, 0, 0);
+        (self.goings_back, self.turns, self.jumps, self.strays) = (0, 0, 0, 0);
+        self.strays_since = start;
         self.push = 0;
         self.changes.begin(self.last);
         self.run = None;

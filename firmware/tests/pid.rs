@@ -90,7 +90,8 @@ impl Reference {
         let high = (self.duty + change).min(limits.duty_max);
         self.duty = wanted.clamp(low, high);
         let unseen = v == 0.0 && e.abs() < rest_band_m(config);
-        if !unseen && !((wanted > high && e > 0.0) || (wanted < low && e < 0.0)) {
+        let into_limit = (wanted > high && e > 0.0) || (wanted < low && e < 0.0);
+        if !unseen && !into_limit {
             self.integral = (self.integral + pid.ki_per_m_s * e * DT_S)
                 .clamp(-limits.duty_max, limits.duty_max);
         }

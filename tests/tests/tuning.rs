@@ -110,16 +110,19 @@ fn a_slope_is_said_and_not_taken_for_friction() {
 
 #[test]
 fn a_line_that_loses_two_percent_changes_nothing() {
-    let mut scenario = Scenario::default();
-    scenario.link.frame_loss_to_robot = 0.02;
-    scenario.link.frame_loss_to_host = 0.02;
-    let tuned = on_robot(&scenario, async |robot| {
-        robot.listen(0.01).await;
-        tune(&mut robot.session, &settings(), &mut |_| {}).await
-    });
-    let tuned = tuned.unwrap_or_else(|error| panic!("{error}"));
-    let kv = tuned.fit.constants.value.wheels.left.kv_v_s_per_m;
-    assert!((kv / 23.6 - 1.0).abs() < 0.02, "{kv}");
+    // With one of these seeds the event that ends a step of voltage is lost.
+    for seed in 0..4 {
+        let mut scenario = Scenario { seed, ..Scenario::default() };
+        scenario.link.frame_loss_to_robot = 0.02;
+        scenario.link.frame_loss_to_host = 0.02;
+        let tuned = on_robot(&scenario, async |robot| {
+            robot.listen(0.01).await;
+            tune(&mut robot.session, &settings(), &mut |_| {}).await
+        });
+        let tuned = tuned.unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let kv = tuned.fit.constants.value.wheels.left.kv_v_s_per_m;
+        assert!((kv / 23.6 - 1.0).abs() < 0.02, "seed {seed}: {kv}");
+    }
 }
 
 /// Tunes the standard robot while something happens to it at this time \[s\]; it must fail, and say this.

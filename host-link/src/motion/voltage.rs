@@ -137,6 +137,10 @@ async fn hold(
             if frame.state == State::Driving && !frame.probing && first_us.is_none() {
                 first_us = Some(frame.t_us);
             }
+            // The event that says so may be lost.
+            if first_us.is_some() && !matches!(frame.state, State::Driving | State::Stopping) {
+                return Ok(true);
+            }
             let elapsed_s =
                 first_us.map_or(0.0, |first: u64| frame.t_us.saturating_sub(first) as f64 * 1e-6);
             if !to_the_end && elapsed_s >= duration_s {

@@ -3,7 +3,7 @@
 use shared_proto::{Fault, Wheel};
 
 use super::long_counts::with_counts;
-use super::wheel_bench::{MOTOR, Mishap, Motor, run_and_measure, run_motor};
+use super::wheel_bench::{MOTOR, Mishap, Motor, assert_rolled_less, run_and_measure, run_motor};
 use super::{NEVER, metres};
 
 #[test]
@@ -34,11 +34,7 @@ fn an_encoder_that_dies_at_a_crawl_does_not_let_its_wheel_run() {
                 }
             }
         }
-        rolled_mm.sort_by(f64::total_cmp);
-        let (median_mm, farthest_mm) = (rolled_mm[rolled_mm.len() / 2], rolled_mm.last().unwrap());
-        println!("{cruise} m/s: {median_mm:.1} mm, at most {farthest_mm:.1} mm");
-        assert!(median_mm < median_most_mm, "{cruise}: {median_mm}");
-        assert!(*farthest_mm < most_mm, "{cruise}: {farthest_mm}");
+        assert_rolled_less(&format!("{cruise} m/s"), rolled_mm, (median_most_mm, most_mm));
     }
 }
 

@@ -4,7 +4,9 @@ use shared_proto::{Fault, Wheel};
 
 use super::long_counts::with_counts;
 use super::metres;
-use super::wheel_bench::{MOTOR, Mishap, Motor, run, run_and_measure, run_motor};
+use super::wheel_bench::{
+    MOTOR, Mishap, Motor, assert_rolled_less, run, run_and_measure, run_motor,
+};
 
 /// Instants from the start of a motion until well within its cruise \[ms\].
 fn instants(cruise: f64, acceleration: f64) -> impl Iterator<Item = u32> {
@@ -33,11 +35,7 @@ fn a_line_that_floats_does_not_let_the_wheel_of_a_fine_encoder_run() {
                 }
             }
         }
-        rolled_mm.sort_by(f64::total_cmp);
-        let (median_mm, farthest_mm) = (rolled_mm[rolled_mm.len() / 2], rolled_mm.last().unwrap());
-        println!("{cruise} m/s: {median_mm:.1} mm, at most {farthest_mm:.1} mm");
-        assert!(median_mm < median_most_mm, "{cruise}: {median_mm}");
-        assert!(*farthest_mm < most_mm, "{cruise}: {farthest_mm}");
+        assert_rolled_less(&format!("{cruise} m/s"), rolled_mm, (median_most_mm, most_mm));
     }
 }
 

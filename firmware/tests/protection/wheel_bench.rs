@@ -276,3 +276,12 @@ pub fn run_from(
     }
     unreachable!()
 }
+
+/// How far wheels rolled \[mm\], in the middle of the cases and in the worst one, is less than this.
+pub fn assert_rolled_less(what: &str, mut rolled_mm: Vec<f64>, (median, most): (f64, f64)) {
+    rolled_mm.sort_by(f64::total_cmp);
+    let (median_mm, farthest_mm) = (rolled_mm[rolled_mm.len() / 2], rolled_mm[rolled_mm.len() - 1]);
+    println!("{what}: {median_mm:.1} mm, at most {farthest_mm:.1} mm");
+    assert!(median_mm < median, "{what}: {median_mm}");
+    assert!(farthest_mm < most, "{what}: {farthest_mm}");
+}

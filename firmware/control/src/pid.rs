@@ -49,7 +49,7 @@ const KV_MAX: f64 = 1000.0;
 /// Largest kA as a share of the nominal supply \[s^2/m\].
 const KA_MAX: f64 = 100.0;
 /// So near its place a wheel may stand, where a count is shorter \[m\].
-const REST_BAND_M: f64 = 0.25e-3;
+pub(crate) const REST_BAND_M: f64 = 0.25e-3;
 /// Fractional bits of kp.
 const KP_BITS: u32 = TERM_BITS - ERROR_BITS;
 /// Fractional bits of ki dt.

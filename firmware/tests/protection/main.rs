@@ -1,5 +1,6 @@
 //! The watch over the wheels: every fault named in time, and none in normal driving.
 
+mod at_rest;
 mod crawl;
 mod floating_line;
 mod long_counts;

@@ -20,6 +20,14 @@ pub enum Mishap {
     /// The first line has a level by chance at every look: the count trembles, and each edge of the other one counts a way by
     /// chance.
     LineFloats,
+    /// The first line changes by chance, so often a second on average \[Hz\].
+    LineChangesAt(f64),
+    /// The first line follows the mains, with a level by chance where it is near the threshold.
+    LineHums,
+    /// Both lines have a level by chance at every look.
+    BothLinesFloat,
+    /// Both lines change by chance, each so often a second on average \[Hz\].
+    BothLinesChangeAt(f64),
     /// The count runs backwards from here on.
     EncoderReversed,
     /// Brakes take this much speed a second, until the wheel stands for good \[m/s^2\].
@@ -58,8 +66,9 @@ struct Bench {
     noise: u64,
     /// Of a hand that pushes.
     shoved_ms: u32,
-    /// So long a wheel has shaken.
+    /// So long a wheel has shaken, and a line has picked up the mains.
     shaken_s: f64,
+    hummed_s: f64,
     motor: Motor,
     pid: PidState,
     estimator: SpeedEstimator,
@@ -115,8 +124,20 @@ impl Bench {
         }
         match mishap {
             Mishap::EncoderUnplugged => {}
-            Mishap::LineStuck(high) => self.decode(q_m, began, |_| high),
-            Mishap::LineFloats => self.decode(q_m, began, Self::toss),
+            Mishap::LineStuck(high) => self.decode(q_m, began, |_, [_, b]| [high, b]),
+            Mishap::LineFloats => self.decode(q_m, began, |bench, [_, b]| [bench.toss(), b]),
+            Mishap::LineChangesAt(hz) => self.decode(q_m, began, |bench, [_, b]| {
+                let [a, _] = bench.lines;
+                [a != bench.chance(hz), b]
+            }),
+            Mishap::LineHums => self.decode(q_m, began, |bench, [_, b]| [bench.hum(), b]),
+            Mishap::BothLinesFloat => {
+                self.decode(q_m, began, |bench, _| [bench.toss(), bench.toss()]);
+            }
+            Mishap::BothLinesChangeAt(hz) => self.decode(q_m, began, |bench, _| {
+                let [a, b] = bench.lines;
+                [a != bench.chance(hz), b != bench.chance(hz)]
+            }),
             Mishap::Shakes(by_m, hz) => {
                 // Out of step with the ticks.
                 self.shaken_s += 1e-3;
@@ -128,16 +149,33 @@ impl Bench {
         }
     }
 
-    /// A level by chance (SplitMix64).
+    /// A level by chance.
     fn toss(&mut self) -> bool {
+        self.uniform() < 0.5
+    }
+
+    /// Whether it happens at this look, if it happens so often a second.
+    fn chance(&mut self, hz: f64) -> bool {
+        self.uniform() < hz * 1e-3 / f64::from(LOOKS)
+    }
+
+    /// A line that picks up the mains, and a tenth as much noise.
+    fn hum(&mut self) -> bool {
+        self.hummed_s += 1e-3 / f64::from(LOOKS);
+        let noise = 0.2 * (self.uniform() - 0.5);
+        (std::f64::consts::TAU * 50.0 * self.hummed_s).sin() + noise > 0.0
+    }
+
+    /// A number by chance, from 0 to 1 (SplitMix64).
+    fn uniform(&mut self) -> f64 {
         self.noise = self.noise.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mixed = (self.noise ^ (self.noise >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed >> 63 != 0
+        (mixed ^ (mixed >> 31)) as f64 / 2f64.powi(64)
     }
 
-    /// Counts as a decoder does. The first line's level is given; the other one's is what the wheel makes it.
-    fn decode(&mut self, q_m: f64, began: bool, first: impl Fn(&mut Self) -> bool) {
+    /// Counts as a decoder does. `seen`: the levels, of those that the wheel makes.
+    fn decode(&mut self, q_m: f64, began: bool, seen: impl Fn(&mut Self, [bool; 2]) -> [bool; 2]) {
         let place = |travel_m: f64| travel_m / q_m + self.offset;
         let (from, to) = (place(self.travel_m - self.speed_mps * 1e-3), place(self.travel_m));
         if began {
@@ -147,8 +185,8 @@ impl Bench {
         }
         for look in 1..=LOOKS {
             let at = from + (to - from) * f64::from(look) / f64::from(LOOKS);
-            let seen = [first(self), levels(at.round() as i64)[1]];
-            for (line, level) in seen.into_iter().enumerate() {
+            let levels = seen(self, levels(at.round() as i64));
+            for (line, level) in levels.into_iter().enumerate() {
                 if self.lines[line] != level {
                     self.lines[line] = level;
                     self.counts += decoded(self.lines, line == 0);
@@ -214,9 +252,22 @@ pub fn run_from(
     motor: Motor,
     config: &Config,
     drives: &[Drive],
-    (mishap, mishap_ms): (Mishap, u32),
+    mishap: (Mishap, u32),
     after_ms: u32,
 ) -> Option<(Fault, u32, f64)> {
+    let (fault, rolled_m) = drive_out(ahead_counts, motor, config, drives, mishap, after_ms);
+    fault.map(|(fault, named_ms)| (fault, named_ms, rolled_m))
+}
+
+/// The same; how far the wheel rolled from the mishap until a fault, or, without one, until the end \[m\].
+pub fn drive_out(
+    ahead_counts: f64,
+    motor: Motor,
+    config: &Config,
+    drives: &[Drive],
+    (mishap, mishap_ms): (Mishap, u32),
+    after_ms: u32,
+) -> (Option<(Fault, u32)>, f64) {
     let odometry = Odometry::new(config);
     let gains = Gains::new(config, Wheel::Left);
     let mut benches = odometry.meters_per_count().map(|q| Bench {
@@ -229,6 +280,7 @@ pub fn run_from(
         noise: 1,
         shoved_ms: 0,
         shaken_s: 0.0,
+        hummed_s: 0.0,
         motor,
         pid: PidState::default(),
         estimator: SpeedEstimator::new(q, ahead_counts.round() as i64),
@@ -246,7 +298,7 @@ pub fn run_from(
                     rest_until = plan.end_tick() + after_ms;
                     profile.replace(&plan);
                 }
-                None => return None,
+                None => return (None, (benches.left.travel_m - mishap_m).abs()),
             }
         }
         let setpoints = profile.setpoints(tick);
@@ -271,7 +323,7 @@ pub fn run_from(
         let measured = Measured { tick, t_us: u64::from(tick) * 1000, counts, travel, speed };
         if let Some(fault) = protection.step(&setpoints, &measured, &loops, UNSCALED) {
             let rolled_m = (benches.left.travel_m - mishap_m).abs();
-            return Some((fault, tick.wrapping_sub(mishap_ms), rolled_m));
+            return (Some((fault, tick.wrapping_sub(mishap_ms))), rolled_m);
         }
     }
     unreachable!()

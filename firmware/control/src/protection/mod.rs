@@ -8,13 +8,13 @@
 //! | --- | --- |
 //! | `CountRate` | the count changes in one tick by more than 4 counts and 4 times the speed limit (0.1 m/s, where that is less) |
 //! | `EncoderDead` | the count turns round 5 times, each time within a stall time of the last, by 0.2 mm in a tick, and not back to the count before |
-//! | `EncoderDead` | the count turned round 5 times, as above but by any step, while the setpoint advanced by 4 counts and 2 mm, and the count by less than half of that |
+//! | `EncoderDead` | the count turned round 5 times, each time within a stall time of the last, by any step (if a count is longer than 1 mm, not back to the count before), while the setpoint advanced by 4 counts and 2 mm, and the count by less than a quarter of that; after 16 turns, or half as far again, by less than half |
 //! | `EncoderReversed` | the count has run against the setpoint for at least 6 counts (3 where 6 are more than a quarter of the permitted following error) and 15 % of that error, while the setpoint advanced half as far; a wheel that is ahead of its setpoint and driven back does not |
 //! | `EncoderReversed` | the count has run against the setpoint, or away from one at rest, for at least 6 counts (or 3, as above) and 5 % of the permitted following error, faster and faster, and as far as the duty against it would have driven the wheel the other way, from the speed that it had |
 //! | `EncoderDead`, `Stall`, `NoResponse` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
 //! | `EncoderDead`, `Stall`, `NoResponse` | the count stands while the motor's push, either way, would turn the wheel by 4 counts: at a duty of 0.05 and more above ks (0.1, if a count is longer than 0.5 mm), for 128 ms at least, while the setpoint is a count and 0.5 mm further than at the last count, or the wheel a count and 2 mm from it |
 //! | `EncoderDead`, `Stall`, `NoResponse` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
-//! | `Stall` | the setpoint rests, and the wheel has stood for 2 stall times, 4 counts and 2 mm off, or for 10, 4 counts off, at a duty of 0.1 and more above ks |
+//! | `Stall` | the setpoint rests, and the wheel has stood for 2 stall times, 4 counts and 2 mm off, or for 10, a count and 0.25 mm off (4 counts, if a count is longer than 1 mm and goes to and fro), at a duty of 0.1 and more above ks |
 //! | `FollowingError` | the error is above its limit, and none of the above explains it |
 //!
 //! A count that stops means a dead encoder if, through its last 2 counts and 4 ticks, the wheel ran at two

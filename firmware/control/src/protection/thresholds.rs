@@ -5,6 +5,7 @@ use shared_proto::{Config, Wheel, WheelPair};
 
 use super::sample::POSITION_BITS;
 use crate::odometry::Odometry;
+use crate::pid::REST_BAND_M;
 use crate::soft_float::{max, nearest, truncate};
 use crate::units::{CONTROL_HZ, MetersPerCount, saturate_i32};
 
@@ -54,6 +55,8 @@ pub(super) struct WheelThresholds {
     /// A wheel is pushed by a duty above this \[2^-30\].
     pub push_duty: u32,
     pub resting_error: i32,
+    /// So far off its place the loop drives a wheel back at rest.
+    pub rest_band: u32,
     pub resting_duty: u32,
     pub quiet: QuietBounds,
 }
@@ -99,6 +102,7 @@ impl WheelThresholds {
         let three_counts = (four_counts >> 2) * 3;
         let six_counts = (2 * three_counts).min(three_counts.max(error_max / 4));
         let (count, least_advance) = (four_counts >> 2, steps(0.002));
+        let rest_band = count.max(steps(REST_BAND_M));
         // A long count takes longer, and what pushes it that long may be friction.
         let pushing = if four_counts > least_advance { 10 } else { 20 };
         let standing_advance = four_counts.max(least_advance);
@@ -121,10 +125,11 @@ impl WheelThresholds {
             push_max: saturate_i32((speed_cost * i64::from(four_counts)) >> (9 + PUSH_SHIFT)),
             push_duty: friction as u32 + (1 << I2F30::FRAC_NBITS) / pushing,
             resting_error: four_counts,
+            rest_band: rest_band as u32,
             resting_duty: friction as u32 + (1 << I2F30::FRAC_NBITS) / 10,
             quiet: QuietBounds::new(
                 error_max.min(least_advance.max(count)),
-                four_counts,
+                rest_band,
                 (least_advance >> 2).max(count),
             ),
         }
@@ -132,6 +137,11 @@ impl WheelThresholds {
 }
 
 impl WheelThresholds {
+    /// A count is shorter than 1 mm: the loop does not drive a sound wheel to and fro across an edge.
+    pub fn counts_are_short(&self) -> bool {
+        self.resting_error < 1 << (POSITION_BITS - 8)
+    }
+
     /// Duty times ticks that takes a wheel so far, from a speed \[2^-24 m/tick\] to that of so much travel in so many
     /// ticks \[2^-30\].
     pub fn needed(&self, way: u32, (turned, ticks): (u32, u32), from: i32) -> i64 {

@@ -41,6 +41,8 @@ const SOME_TURNS: u32 = 3;
 /// So often no count turns round to somewhere else than where it came from: a wheel that trembles on an edge counts up and
 /// down, between the same two.
 const FLOATS: u32 = 5;
+/// So often it turns round in a few millimetres, and not the wheel, which may shake slowly by half of one.
+const TREMBLES: u32 = 16;
 /// So long the count of a line that floats goes one way only rarely \[ticks\].
 const STEADY: u32 = 16;
 /// A push takes at least so many looks, every other tick, to be in vain: the wheel of a heavy robot starts slowly.
@@ -65,7 +67,7 @@ pub struct WheelMonitor {
     turns: u32,
     jumps: u32,
     turn_tick: u32,
-    /// How often it has turned round to somewhere else than where it came from since then.
+    /// How often it has turned round since then; halved when it came along with its setpoint.
     strays: u32,
     strays_since: Positions,
     /// Sum over the ticks since the last count of the duty, either way, beyond what friction takes \[2^-18\].
@@ -213,7 +215,7 @@ impl WheelMonitor {
         self.turns = self.turns.wrapping_add(1);
         let far = moved.unsigned_abs() * limits.resting_error as u32 >= 4 * JUMP;
         self.jumps = self.jumps.wrapping_add(u32::from(far && !goes_back));
-        self.strays = self.strays.wrapping_add(u32::from(!goes_back));
+        self.strays = self.strays.wrapping_add(u32::from(limits.counts_are_short() || !goes_back));
         self.turn_tick = self.tick;
     }
 
@@ -318,10 +320,12 @@ impl WheelMonitor {
     fn is_stuck_at_rest(&self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
         let error = view.positions().error().unsigned_abs();
         let stall_times = if error >= limits.standing_advance as u32 { 2 } else { 10 };
+        let across_an_edge = self.goings_back >= ONE_LINE && !limits.counts_are_short();
+        let least = if across_an_edge { limits.resting_error as u32 } else { limits.rest_band };
         view.rests()
             && self.standing_ticks() >= stall_times * limits.stall_ticks
             && view.duty().0.to_bits().unsigned_abs() >= limits.resting_duty
-            && error >= limits.resting_error as u32
+            && error >= least
     }
 
     #[inline(always)]
@@ -353,12 +357,17 @@ impl WheelMonitor {
     #[inline(never)]
     fn strays(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
         let (advance, along) = along_setpoint(positions.since(self.strays_since));
-        let comes_along = along >= advance >> 1;
-        if comes_along {
+        let (some, more) = (limits.standing_advance, limits.creeping_advance);
+        if advance < some {
+            return false;
+        }
+        let sure = self.strays >= TREMBLES || advance >= more - some / 2;
+        let least = advance >> if sure { 1 } else { 2 };
+        if advance >= more {
             self.strays >>= 1;
             self.strays_since = positions.midway(self.strays_since);
         }
-        advance >= limits.standing_advance && !comes_along
+        along < least
     }
 
     /// Whether the wheel or the encoder is at fault when a count stands still or creeps.

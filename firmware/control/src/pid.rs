@@ -8,7 +8,7 @@
 //! u_ff = (kS sign(v) + kV v + kA a) / U_nominal                                 (1)  kS by direction
 //! u_p  = kp e                                                                   (2)
 //! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit;
-//!        while v = 0, only of e of a count and 0.25 mm, or more                 (3)
+//!        while |v| < 2.5 mm/s, only of e of a count and 0.25 mm, or more        (3)
 //! u_d  = kd (v - v_m)                                                           (4)
 //! u    = g (u_ff + u_p + u_i + u_d), within +-duty_max, changing by duty_slew dt at most    (5)
 //! ```
@@ -50,6 +50,8 @@ const KV_MAX: f64 = 1000.0;
 const KA_MAX: f64 = 100.0;
 /// So near its place a wheel may stand, where a count is shorter \[m\].
 pub(crate) const REST_BAND_M: f64 = 0.25e-3;
+/// A setpoint that is slower than this rests, or trembles about rest as a stick does: 2.5 mm/s \[2^-24 m/s\].
+pub(crate) const REST_SPEED: u32 = 41_943;
 /// Fractional bits of kp.
 const KP_BITS: u32 = TERM_BITS - ERROR_BITS;
 /// Fractional bits of ki dt.
@@ -80,7 +82,7 @@ pub struct Gains {
     kd: i32,
     duty_max: i32,
     duty_slew_dt: i32,
-    /// At rest an error below this is not summed \[2^-30 m\].
+    /// At rest, or nearly, an error below this is not summed \[2^-30 m\].
     rest_band: u32,
 }
 
@@ -254,7 +256,7 @@ pub fn step(
 
     // (3)
     let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
-    let unseen = v == 0 && error.unsigned_abs() < gains.rest_band;
+    let unseen = v.unsigned_abs() < REST_SPEED && error.unsigned_abs() < gains.rest_band;
     if !into_limit && !unseen {
         // Both limits are whole steps of the upper word.
         let bound = gains.duty_max >> (DUTY_BITS + 32 - INTEGRAL_BITS);

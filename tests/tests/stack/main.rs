@@ -15,6 +15,7 @@ mod latched;
 mod lease;
 mod long_counts;
 mod motion;
+mod nearly_at_rest;
 mod request_order;
 mod retry;
 mod safety;

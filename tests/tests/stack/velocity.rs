@@ -16,12 +16,12 @@ use crate::safety::begins_to_stop_us;
 
 const MOTION: MotionId = MotionId(9);
 
-fn velocity(forward_mps: f64, turn_rad_s: f64) -> Velocity {
+pub fn velocity(forward_mps: f64, turn_rad_s: f64) -> Velocity {
     Velocity { motion: MOTION, forward_mps, turn_rad_s, acceleration_mps2: 0.5 }
 }
 
 /// Commands a velocity every `period_s` for a time \[s\].
-async fn drive(robot: &mut Robot, period_s: f64, s: f64, wanted: impl Fn(f64) -> Velocity) {
+pub async fn drive(robot: &mut Robot, period_s: f64, s: f64, wanted: impl Fn(f64) -> Velocity) {
     let start_us = now_us();
     loop {
         let elapsed_s = (now_us() - start_us) as f64 * 1e-6;

@@ -2,7 +2,7 @@
 
 use fixed::types::I32F32;
 
-use crate::pid::PidState;
+use crate::pid::{PidState, REST_SPEED};
 use crate::profile::Setpoint;
 use crate::units::{Duty, Travel};
 
@@ -26,6 +26,13 @@ impl WheelSample<'_> {
     #[inline(always)]
     pub fn rests(&self) -> bool {
         self.setpoint.speed.0 == 0
+    }
+
+    /// It rests, or nearly, and is not about to speed up, which takes duty.
+    #[inline(always)]
+    pub fn nearly_rests(&self) -> bool {
+        let Setpoint { speed, acceleration, .. } = self.setpoint;
+        speed.0.to_bits().unsigned_abs() < REST_SPEED && acceleration.0 == 0
     }
 
     #[inline(always)]

@@ -1,38 +1,12 @@
 //! The state of one wheel, and the rules.
 
-use shared_proto::{Fault, Wheel};
-
 use super::last_changes::{Change, LastChanges};
 use super::runaway::Run;
 use super::sample::{Positions, WheelSample, position};
 use super::thresholds::{CHECKPOINTS_LEN, PUSH_SHIFT, QuietBounds, WheelThresholds};
-
-/// What a monitor finds; in the order of [`Fault`], which spares a table.
-#[derive(Clone, Copy, Debug)]
-pub enum WheelFault {
-    FollowingError,
-    Stall,
-    EncoderDead,
-    EncoderReversed,
-    CountRate,
-    NoResponse,
-}
-
-impl WheelFault {
-    /// The fault of this wheel.
-    #[cold]
-    #[inline(never)]
-    pub fn of(self, wheel: Wheel) -> Fault {
-        match self {
-            Self::CountRate => Fault::CountRate(wheel),
-            Self::EncoderDead => Fault::EncoderDead(wheel),
-            Self::EncoderReversed => Fault::EncoderReversed(wheel),
-            Self::Stall => Fault::Stall(wheel),
-            Self::FollowingError => Fault::FollowingError(wheel),
-            Self::NoResponse => Fault::NoResponse(wheel),
-        }
-    }
-}
+use super::wheel_fault::WheelFault;
+use crate::supply::SCALE_BITS;
+use crate::units::saturate_i32;
 
 /// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
 const ONE_LINE: u32 = 2;
@@ -163,6 +137,9 @@ impl WheelMonitor {
             self.examine(limits, &view, supply_scale)
         } else if self.creeps(limits, view.positions()) {
             Some(self.unless_line(self.diagnose(limits), limits))
+        } else if view.nearly_rests() && self.is_stuck_at_rest(limits, &view, supply_scale) {
+            // The setpoint trembles, and the wheel is farther off than if it rested.
+            Some(self.unless_line(WheelFault::Stall, limits))
         } else {
             None
         }
@@ -188,12 +165,12 @@ impl WheelMonitor {
         let positions = view.positions();
         let goes_on = self.run.as_mut().is_some_and(|run| run.goes_on(limits, view));
         let too_far = positions.error().unsigned_abs() > limits.error_max as u32;
-        self.add_push(limits, view);
+        self.add_push(limits, view, supply_scale);
         let found = if goes_on && self.runs_against_motor(limits, view, supply_scale) {
             WheelFault::EncoderReversed
         } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
             self.diagnose(limits)
-        } else if self.is_stuck_at_rest(limits, view) {
+        } else if self.is_stuck_at_rest(limits, view, supply_scale) {
             WheelFault::Stall
         } else if too_far {
             WheelFault::FollowingError
@@ -286,11 +263,11 @@ impl WheelMonitor {
 
     /// Adds the duty of this tick to the push since the last count; while the wheel is quiet, nothing is added.
     #[inline(always)]
-    fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) {
+    fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>, supply_scale: i32) {
         let stands = self.standing_ticks() >= 2 * limits.stall_ticks;
         if !view.rests() && (self.run.is_none() || stands) {
             let duty = view.duty().0.to_bits().abs();
-            let excess = (duty - limits.push_duty as i32) >> PUSH_SHIFT;
+            let excess = (duty - at_supply(limits.push_duty, supply_scale)) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
         }
     }
@@ -316,16 +293,36 @@ impl WheelMonitor {
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 
-    /// The count stands still although a high duty pushes the wheel towards a setpoint at rest.
-    fn is_stuck_at_rest(&self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
+    /// The count stands still although a high duty pushes the wheel towards a setpoint at rest, or nearly.
+    fn is_stuck_at_rest(
+        &self,
+        limits: &WheelThresholds,
+        view: &WheelSample<'_>,
+        supply_scale: i32,
+    ) -> bool {
         let error = view.positions().error().unsigned_abs();
-        let stall_times = if error >= limits.standing_advance as u32 { 2 } else { 10 };
+        error >= limits.rest_band
+            && view.nearly_rests()
+            && self.is_stuck(limits, view, supply_scale)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn is_stuck(
+        &self,
+        limits: &WheelThresholds,
+        view: &WheelSample<'_>,
+        supply_scale: i32,
+    ) -> bool {
+        let error = view.positions().error().unsigned_abs();
+        let four_counts = limits.resting_error as u32;
+        // A loop with long counts drives a sound wheel to and fro across an edge.
         let across_an_edge = self.goings_back >= ONE_LINE && !limits.counts_are_short();
-        let least = if across_an_edge { limits.resting_error as u32 } else { limits.rest_band };
-        view.rests()
+        let stall_times = if error >= limits.standing_advance as u32 { 2 } else { 10 };
+        let near = error < four_counts;
+        !(near && across_an_edge)
             && self.standing_ticks() >= stall_times * limits.stall_ticks
-            && view.duty().0.to_bits().unsigned_abs() >= limits.resting_duty
-            && error >= least
+            && view.duty().0.to_bits().abs() >= at_supply(limits.resting_duty, supply_scale)
     }
 
     #[inline(always)]
@@ -385,6 +382,11 @@ impl WheelMonitor {
             WheelFault::EncoderDead
         }
     }
+}
+
+/// A duty for the nominal supply at the supply at hand.
+fn at_supply(duty: u32, supply_scale: i32) -> i32 {
+    saturate_i32((i64::from(duty) * i64::from(supply_scale)) >> SCALE_BITS)
 }
 
 /// How far the setpoint moved, and the wheel along with it.

@@ -8,7 +8,7 @@
 //! u_ff = (kS sign(v) + kV v + kA a) / U_nominal                                 (1)  kS by direction
 //! u_p  = kp e                                                                   (2)
 //! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit;
-//!        while |v| < 2.5 mm/s, only of e of a count and 0.25 mm, or more        (3)
+//!        while |v| < 3.9 mm/s, only of e of a count and 0.25 mm, or more        (3)
 //! u_d  = kd (v - v_m)                                                           (4)
 //! u    = g (u_ff + u_p + u_i + u_d), within +-duty_max, changing by duty_slew dt at most    (5)
 //! ```
@@ -50,8 +50,9 @@ const KV_MAX: f64 = 1000.0;
 const KA_MAX: f64 = 100.0;
 /// So near its place a wheel may stand, where a count is shorter \[m\].
 pub(crate) const REST_BAND_M: f64 = 0.25e-3;
-/// A setpoint that is slower than this rests, or trembles about rest as a stick does: 2.5 mm/s \[2^-24 m/s\].
-pub(crate) const REST_SPEED: u32 = 41_943;
+/// A setpoint that is slower than 3.9 mm/s rests, or trembles about rest as a stick does: the bits of a lower speed
+/// \[2^-24 m/s\].
+const REST_SPEED_BITS: u32 = 16;
 /// Fractional bits of kp.
 const KP_BITS: u32 = TERM_BITS - ERROR_BITS;
 /// Fractional bits of ki dt.
@@ -237,6 +238,9 @@ pub fn step(
     let feedforward = product(ks, 1 << (TERM_BITS - DUTY_BITS))
         + product(gains.kv, v)
         + product(gains.ka, setpoint.acceleration.0.to_bits());
+    // (3)
+    let unseen = nearly_rests(v) && error.unsigned_abs() < gains.rest_band;
+    let summed = if unseen { 0 } else { error };
     // (2)
     let proportional = product(gains.kp, error);
     // (4)
@@ -255,12 +259,11 @@ pub fn step(
     state.duty = wanted.max(lowest).min(highest);
 
     // (3)
-    let into_limit = (wanted > highest && error > 0) || (wanted < lowest && error < 0);
-    let unseen = v.unsigned_abs() < REST_SPEED && error.unsigned_abs() < gains.rest_band;
-    if !into_limit && !unseen {
+    let into_limit = (wanted > highest && summed > 0) || (wanted < lowest && summed < 0);
+    if !into_limit {
         // Both limits are whole steps of the upper word.
         let bound = gains.duty_max >> (DUTY_BITS + 32 - INTEGRAL_BITS);
-        let integral = integral + product(gains.ki_dt, error);
+        let integral = integral + product(gains.ki_dt, summed);
         let upper = (integral >> 32) as i32;
         state.integral = if upper >= bound {
             i64::from(bound) << 32
@@ -271,6 +274,12 @@ pub fn step(
         };
     }
     state.duty()
+}
+
+/// Whether a setpoint of this speed \[2^-24 m/s\] rests, or nearly.
+#[inline(always)]
+pub(crate) const fn nearly_rests(v: i32) -> bool {
+    v.wrapping_add(1 << REST_SPEED_BITS) >> (REST_SPEED_BITS + 1) == 0
 }
 
 fn product(a: i32, b: i32) -> i64 {

@@ -14,7 +14,7 @@
 //! | `EncoderDead`, `Stall`, `NoResponse` | the count stands for a stall time while the setpoint advances by 4 counts and 2 mm, and that far beyond the wheel |
 //! | `EncoderDead`, `Stall`, `NoResponse` | the count stands while the motor's push, either way, would turn the wheel by 4 counts: at a duty of 0.05 and more above ks (0.1, if a count is longer than 0.5 mm), for 128 ms at least, while the setpoint is a count and 0.5 mm further than at the last count, or the wheel a count and 2 mm from it |
 //! | `EncoderDead`, `Stall`, `NoResponse` | within the last stall time the setpoint advanced by 8 counts and 4 mm, and the wheel by less than an eighth of that |
-//! | `Stall` | the setpoint rests, or moves at less than 2.5 mm/s and does not speed up, and the wheel has stood for 2 stall times, 4 counts and 2 mm off, or for 10, a count and 0.25 mm off (4 counts, if a count is longer than 1 mm and goes to and fro), at a duty of 0.1 and more above ks |
+//! | `Stall` | the setpoint rests, or moves at less than 3.9 mm/s and does not speed up, and the wheel has stood for 2 stall times, 4 counts and 2 mm off, or for 10, a count and 0.25 mm off (4 counts, if a count is longer than 1 mm and goes to and fro), at a duty of 0.1 and more above ks |
 //! | `FollowingError` | the error is above its limit, and none of the above explains it |
 //!
 //! Duties are those at the nominal supply.

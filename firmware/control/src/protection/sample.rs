@@ -2,7 +2,7 @@
 
 use fixed::types::I32F32;
 
-use crate::pid::{PidState, REST_SPEED};
+use crate::pid::{PidState, nearly_rests};
 use crate::profile::Setpoint;
 use crate::units::{Duty, Travel};
 
@@ -32,7 +32,7 @@ impl WheelSample<'_> {
     #[inline(always)]
     pub fn nearly_rests(&self) -> bool {
         let Setpoint { speed, acceleration, .. } = self.setpoint;
-        speed.0.to_bits().unsigned_abs() < REST_SPEED && acceleration.0 == 0
+        acceleration.0 == 0 && nearly_rests(speed.0.to_bits())
     }
 
     #[inline(always)]

@@ -315,13 +315,13 @@ impl WheelMonitor {
         supply_scale: i32,
     ) -> bool {
         let error = view.positions().error().unsigned_abs();
-        let four_counts = limits.resting_error as u32;
-        // A loop with long counts drives a sound wheel to and fro across an edge.
-        let across_an_edge = self.goings_back >= ONE_LINE && !limits.counts_are_short();
         let stall_times = if error >= limits.standing_advance as u32 { 2 } else { 10 };
-        let near = error < four_counts;
-        !(near && across_an_edge)
-            && self.standing_ticks() >= stall_times * limits.stall_ticks
+        let enough = stall_times * limits.stall_ticks;
+        // A loop with long counts drives a sound wheel to and fro across an edge.
+        let near = error < limits.resting_error as u32 && !limits.counts_are_short();
+        let to_and_fro = near && self.tick.wrapping_sub(self.turn_tick) < enough;
+        !to_and_fro
+            && self.standing_ticks() >= enough
             && view.duty().0.to_bits().abs() >= at_supply(limits.resting_duty, supply_scale)
     }
 

@@ -61,7 +61,7 @@ impl Intervals {
     }
 
     /// (2) and (3).
-    fn standard_error(&self, weights: &DVector<f64>) -> (f64, f64) {
+    pub fn standard_error(&self, weights: &DVector<f64>) -> (f64, f64) {
         let count = self.shares.len() as f64;
         let moved = || self.shares.iter().map(|(_, moved)| moved.dot(weights));
         let mean = moved().sum::<f64>() / count;

@@ -19,7 +19,7 @@ pub(super) const P_MAX: f64 = 0.004;
 /// An effect moves the robot by this share of what a count hides, root mean square, or it is not worth a word.
 pub(super) const SIZE_SHARE: f64 = 0.35;
 /// And by this much \[m\].
-pub(super) const SIZE_M: f64 = 3e-5;
+pub(super) const SIZE_M: f64 = 2e-5;
 /// And lowers the cross-validated error by this share.
 const LESS: f64 = 0.03;
 /// An effect that shows in few experiments lowers it by this share. Of seven sound robots none had one above 0.15.

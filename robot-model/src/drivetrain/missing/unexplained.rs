@@ -274,7 +274,7 @@ pub(super) fn unexplained(
         })
         .collect();
     found.sort_by(|a, b| problem.weighted(&a.1).total_cmp(&problem.weighted(&b.1)));
-    let least_m = (2.0 * SIZE_M).max(SIZE_SHARE * problem.robot.resolution_m());
+    let least_m = (3.0 * SIZE_M).max(SIZE_SHARE * problem.robot.resolution_m());
     let matters = |gain: &Gain| gain.p_value < P_MAX && gain.less > LESS && gain.size_m > least_m;
     let depends_on: Vec<MotorRegressor> =
         found.iter().filter(|(.., gain)| matters(gain)).map(|found| found.0).collect();

@@ -21,6 +21,8 @@ struct Motors {
     /// Volts, waves per turn.
     wave: (f64, f64),
     sag: f64,
+    /// The mean voltage is the duty to the power of one more than this.
+    bend: f64,
     late_s: f64,
     warms_per_s: f64,
     /// Warmer by this share after a pause of 20 s between both rounds; cools in 12 s.
@@ -43,6 +45,7 @@ const SOUND: Motors = Motors {
     drag: 0.0,
     wave: (0.0, 7.0),
     sag: 0.0,
+    bend: 0.0,
     late_s: 0.0,
     warms_per_s: 0.0,
     warmed: 0.0,
@@ -114,6 +117,7 @@ impl Motors {
                 for i in 0..2 {
                     let u = acting[i] * (1.0 - self.sag * drawn);
                     let u = u.signum() * (u.abs() - self.dead).max(0.0);
+                    let u = u * (u.abs() / 12.0).powf(self.bend);
                     let turns = travel[i] / (TAU * ROBOT.wheel_radius_m);
                     let wave = self.wave.0 * (TAU * self.wave.1 * turns + 1.0).sin();
                     push[i] = u - self.kv[i] * v[i] - self.against[i] - wave - taken[i] + slope
@@ -275,6 +279,19 @@ fn drag_waves_sag_delay_and_warmth_are_named_with_their_sizes() {
     assert_eq!(named, ["cogging"]);
     assert!((p[4] - 7.0).abs() < 0.1, "{p:?}");
     assert!((p[0].hypot(p[1]) - 0.1).abs() < 0.02, "{p:?}");
+}
+
+/// What helps when fast, and what grows under load, is neither drag nor a sag.
+#[test]
+fn drag_and_sag_are_never_negative_and_a_bent_duty_is_flagged() {
+    for motors in [Motors { drag: -2.0, ..SOUND }, Motors { sag: -4e-4, ..SOUND }] {
+        let answer = motors.answer();
+        let opposite = |id: &str| id == "quadratic_drag" || id == "supply_sag";
+        let mut found = answer.steps.iter().filter(|step| opposite(step.facts.id));
+        assert!(found.all(|step| step.parameters[0].value > 0.0), "{answer:#?}");
+    }
+    let answer = Motors { bend: 0.1, ..SOUND }.answer();
+    assert!(answer.unexplained.structure, "{answer:#?}");
 }
 
 /// A straight line in time describes neither the jump nor how it fades.

@@ -70,6 +70,11 @@ impl Motors {
         (self.ks[wheel] + slow + rest) * warm
     }
 
+    /// What a bent duty leaves of 12 V \[V\].
+    fn bent(&self, volts: f64) -> f64 {
+        volts * (volts.abs() / 12.0).powf(self.bend)
+    }
+
     /// What the resistance is at a time, of what it was at first.
     fn warm(&self, t_s: f64) -> f64 {
         let cooled = if t_s < 68.0 { 0.0 } else { (-(t_s - 68.0) / 12.0).exp() };
@@ -104,7 +109,7 @@ impl Motors {
                 }
                 vs = [vs[0] + H * left, vs[1] + H * right];
                 queue.push([left, right]);
-                let acting = queue.remove(0);
+                let acting = queue.remove(0).map(|volts| self.bent(volts));
                 let warm = self.warm(started_s + n as f64 * H);
                 let drawn: f64 = (0..2).map(|i| acting[i] * (acting[i] - self.kv[i] * v[i])).sum();
                 // Both motors' push in terms of the robot's speed u and yaw rate, each times the track width b.
@@ -117,7 +122,6 @@ impl Motors {
                 for i in 0..2 {
                     let u = acting[i] * (1.0 - self.sag * drawn);
                     let u = u.signum() * (u.abs() - self.dead).max(0.0);
-                    let u = u * (u.abs() / 12.0).powf(self.bend);
                     let turns = travel[i] / (TAU * ROBOT.wheel_radius_m);
                     let wave = self.wave.0 * (TAU * self.wave.1 * turns + 1.0).sin();
                     push[i] = u - self.kv[i] * v[i] - self.against[i] - wave - taken[i] + slope

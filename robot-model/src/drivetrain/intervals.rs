@@ -14,7 +14,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::numeric::distributions::{fisher, students_t_quantile};
+use crate::numeric::distributions::students_t_quantile;
 
 /// One experiment's share of the normal equations, at the fit.
 pub(super) struct Share {
@@ -54,14 +54,8 @@ impl Intervals {
         students_t_quantile(degrees, 0.975) * error
     }
 
-    /// How often chance takes that sum as far from zero, either way, as this value is.
-    pub fn chance(&self, weights: &DVector<f64>, value: f64) -> f64 {
-        let (error, degrees) = self.standard_error(weights);
-        fisher(1, degrees, (value / error).powi(2))
-    }
-
-    /// (2) and (3).
-    fn standard_error(&self, weights: &DVector<f64>) -> (f64, f64) {
+    /// (2) and (3): the standard error, and its degrees of freedom.
+    pub fn standard_error(&self, weights: &DVector<f64>) -> (f64, f64) {
         let count = self.shares.len() as f64;
         let moved = || self.shares.iter().map(|(_, moved)| moved.dot(weights));
         let mean = moved().sum::<f64>() / count;
@@ -78,6 +72,7 @@ impl Intervals {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::distributions::fisher;
 
     /// A constant that every experiment tells alike, with these errors, is their mean; so is its interval.
     #[test]
@@ -103,8 +98,9 @@ mod tests {
             gradient: DVector::from_element(1, error),
         });
         let found = Intervals::new(&DMatrix::from_element(1, 1, 3.0), &shares).unwrap();
-        let one = DVector::from_element(1, 1.0);
-        let chance = found.chance(&one, 3.0 / 3.0_f64.sqrt());
+        let (error, degrees) = found.standard_error(&DVector::from_element(1, 1.0));
+        assert!((error - 3.0_f64.sqrt().recip()).abs() < 1e-9, "{error}");
+        let chance = fisher(1, degrees, 9.0);
         assert!((chance - 0.095_466).abs() < 1e-5, "{chance}");
     }
 

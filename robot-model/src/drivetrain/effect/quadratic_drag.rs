@@ -27,7 +27,7 @@ static FACTS: MotorFacts = MotorFacts {
     id: "quadratic_drag",
     name: "drag grows with the square of the speed",
     equation: "q v |v|",
-    parameters: &[MotorParameter::amplitude("q", "V s^2/m^2", 1.0, 200.0)],
+    parameters: &[MotorParameter::positive("q", "V s^2/m^2", 1.0, 200.0)],
     sign: "more drag when fast",
     shown_by: "steps up to the top speed",
     remedy: "add q v |v| to the feedforward, or tune at the speed of use",

@@ -30,7 +30,7 @@ static FACTS: MotorFacts = MotorFacts {
     id: "supply_sag",
     name: "the supply sags under load",
     equation: "V_i (1 - c sum_j V_j (V_j - kV v_j))",
-    parameters: &[MotorParameter::amplitude("c", "1/V^2", 2e-4, 2e-2)],
+    parameters: &[MotorParameter::positive("c", "1/V^2", 2e-4, 2e-2)],
     sign: "the more both motors draw, the less is left",
     shown_by: "steps at full voltage, of one wheel and of both",
     remedy: "measure the supply (protection.supply_v_min above 0), or use thicker wires and a stronger battery",

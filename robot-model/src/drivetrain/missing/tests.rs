@@ -21,6 +21,8 @@ struct Motors {
     /// Volts, waves per turn.
     wave: (f64, f64),
     sag: f64,
+    /// The mean voltage is the duty to the power of one more than this.
+    bend: f64,
     late_s: f64,
     warms_per_s: f64,
     /// Warmer by this share after a pause of 20 s between both rounds; cools in 12 s.
@@ -43,6 +45,7 @@ const SOUND: Motors = Motors {
     drag: 0.0,
     wave: (0.0, 7.0),
     sag: 0.0,
+    bend: 0.0,
     late_s: 0.0,
     warms_per_s: 0.0,
     warmed: 0.0,
@@ -65,6 +68,11 @@ impl Motors {
         let slow = self.slow.0 * (-(v / self.slow.1).powi(2)).exp();
         let rest = if v.abs() < 1e-9 { self.at_rest } else { 0.0 };
         (self.ks[wheel] + slow + rest) * warm
+    }
+
+    /// What a bent duty leaves of 12 V \[V\].
+    fn bent(&self, volts: f64) -> f64 {
+        volts * (volts.abs() / 12.0).powf(self.bend)
     }
 
     /// What the resistance is at a time, of what it was at first.
@@ -101,7 +109,7 @@ impl Motors {
                 }
                 vs = [vs[0] + H * left, vs[1] + H * right];
                 queue.push([left, right]);
-                let acting = queue.remove(0);
+                let acting = queue.remove(0).map(|volts| self.bent(volts));
                 let warm = self.warm(started_s + n as f64 * H);
                 let drawn: f64 = (0..2).map(|i| acting[i] * (acting[i] - self.kv[i] * v[i])).sum();
                 // Both motors' push in terms of the robot's speed u and yaw rate, each times the track width b.
@@ -275,6 +283,19 @@ fn drag_waves_sag_delay_and_warmth_are_named_with_their_sizes() {
     assert_eq!(named, ["cogging"]);
     assert!((p[4] - 7.0).abs() < 0.1, "{p:?}");
     assert!((p[0].hypot(p[1]) - 0.1).abs() < 0.02, "{p:?}");
+}
+
+/// What helps when fast, and what grows under load, is neither drag nor a sag.
+#[test]
+fn drag_and_sag_are_never_negative_and_a_bent_duty_is_flagged() {
+    for motors in [Motors { drag: -2.0, ..SOUND }, Motors { sag: -4e-4, ..SOUND }] {
+        let answer = motors.answer();
+        let opposite = |id: &str| id == "quadratic_drag" || id == "supply_sag";
+        let mut found = answer.steps.iter().filter(|step| opposite(step.facts.id));
+        assert!(found.all(|step| step.parameters[0].value > 0.0), "{answer:#?}");
+    }
+    let answer = Motors { bend: 0.1, ..SOUND }.answer();
+    assert!(answer.unexplained.structure, "{answer:#?}");
 }
 
 /// A straight line in time describes neither the jump nor how it fades.

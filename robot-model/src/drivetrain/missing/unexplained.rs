@@ -11,7 +11,7 @@ use nalgebra::DMatrix;
 use super::least_squares::{Model, Problem};
 use super::modes::Modes;
 use super::screening::{added_columns, linear_cross_validation};
-use super::selection::{Gain, Judged, SIZE_M, SIZE_SHARE, Selected, gain};
+use super::selection::{Gain, Judged, SIZE_SHARE, Selected, gain};
 use crate::drivetrain::effect::{Acting, Moment, MotorEffect, MotorFacts, MotorParameter};
 
 /// What a voltage that is missing depends on.
@@ -50,7 +50,9 @@ pub struct MotorUnexplained {
 
 /// Seven groups are tried.
 const P_MAX: f64 = 0.002;
-/// A group that explains less than this share of the error is not worth a word.
+/// A group that explains less than this, root mean square, is not worth a word \[m\].
+const UNEXPLAINED_M: f64 = 6e-5;
+/// Nor one that explains less than this share of the error.
 const LESS: f64 = 0.05;
 /// The strengths of its functions that are usual \[V\].
 const USUAL_V: f64 = 0.1;
@@ -92,6 +94,8 @@ impl MotorEffect for Function {
             Self::Friction(at) => way * near(v, at),
             Self::OneWay(at, mirrored) => near(v, at) * if mirrored { moment.side } else { 1.0 },
             Self::Side(at) => moment.side * way * near(v, at),
+            // Where no voltage is applied, none is missing: a bent duty does not push a robot that rolls out.
+            Self::Voltage(_) if volts == 0.0 => 0.0,
             Self::Voltage(at) => volts.signum() * near(volts, at),
             Self::Load(power) => {
                 let load = (volts - acting.motor.kv_v_s_per_m * v).abs() / scale;
@@ -274,7 +278,7 @@ pub(super) fn unexplained(
         })
         .collect();
     found.sort_by(|a, b| problem.weighted(&a.1).total_cmp(&problem.weighted(&b.1)));
-    let least_m = (2.0 * SIZE_M).max(SIZE_SHARE * problem.robot.resolution_m());
+    let least_m = UNEXPLAINED_M.max(SIZE_SHARE * problem.robot.resolution_m());
     let matters = |gain: &Gain| gain.p_value < P_MAX && gain.less > LESS && gain.size_m > least_m;
     let depends_on: Vec<MotorRegressor> =
         found.iter().filter(|(.., gain)| matters(gain)).map(|found| found.0).collect();
@@ -300,4 +304,26 @@ pub(super) fn volts_max(problem: &Problem<'_>) -> f64 {
         }
     }
     most
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drivetrain::effect::moments;
+    use crate::drivetrain::model::WheelMotor;
+    use crate::kinematics::WheelPair;
+
+    /// A robot that rolls out: nothing is applied, so nothing of it is missing.
+    #[test]
+    fn what_depends_on_the_voltage_is_zero_without_one() {
+        let acts = |volts: f64| {
+            let pair = WheelPair::both;
+            let moment = moments(pair(0.2), pair(volts), pair(0.0), (1.0, 1.0, 0.0)).left;
+            let mut acting = Acting { volts, motor: WheelMotor::default() };
+            VOLTAGE.iter().for_each(|function| function.act(&[0.1, 10.0], &moment, &mut acting));
+            acting.volts - volts
+        };
+        assert_eq!(acts(0.0), 0.0);
+        assert!(acts(3.0) < 0.0 && acts(-3.0) == -acts(3.0));
+    }
 }

@@ -44,6 +44,8 @@ pub struct FaultInstant {
     speed_mps: WheelPair<f64>,
     /// How far the wheels were from their setpoints at last \[um\].
     error_um: WheelPair<i32>,
+    /// What drove them then \[1/32767\].
+    duty: WheelPair<i16>,
     /// How far the wheels have turned since the motion began; not at all before it \[m\].
     turned_m: WheelPair<f64>,
     /// Travel in a count \[m\].
@@ -78,6 +80,8 @@ const VIEW_MS: f64 = 25.0;
 const SENDS_MS: f64 = 1.0;
 /// What the firmware takes for arrived after all, if no fault is to be raised \[um\].
 const ARRIVED_UM: u32 = 2000;
+/// The duty, 0.1 above ks, from which the firmware takes a wheel that stands off its target for stalled \[1/32767\].
+const PUSHES: u16 = 4600;
 /// The firmware's tasks look at their inputs from then on \[us\].
 const STARTED_US: u64 = 40_000;
 
@@ -122,6 +126,7 @@ impl FaultInstant {
             brakes_ms: (motion.brakes_us() - at_us as f64) / 1000.0,
             speed_mps: motion.wheels_mps(at_us as f64),
             error_um: timeline.error_um,
+            duty: timeline.duty,
             turned_m: turned_m(timeline, happened),
             count_m: case.count_m(),
         }
@@ -134,9 +139,12 @@ impl FaultInstant {
         brakes.then(|| *self.speed_mps.get(wheel))
     }
 
-    /// Whether the wheel ended so near its setpoint that nothing was missing.
+    /// Whether the wheel ended so near its setpoint that nothing was missing, or ahead of it, and was not pushed back: then
+    /// the integral of before still holds against it.
     pub fn arrived(&self, wheel: Wheel) -> bool {
-        self.situation == Situation::Moving && self.error_um.get(wheel).unsigned_abs() < ARRIVED_UM
+        let near = self.error_um.get(wheel).unsigned_abs() < ARRIVED_UM;
+        let pushed = self.duty.get(wheel).unsigned_abs() >= PUSHES;
+        self.situation == Situation::Moving && (near || !pushed)
     }
 
     /// Whether the robot had answered no hello yet, and the host armed it later: what restarts it now, the host never knows of.

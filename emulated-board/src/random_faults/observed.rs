@@ -39,6 +39,8 @@ pub struct Timeline {
     pub followed: Option<MotionId>,
     /// How far the wheels were from their setpoints in the newest frame of a motion \[um\].
     pub error_um: WheelPair<i32>,
+    /// Their duties there \[1/32767\].
+    pub duty: WheelPair<i16>,
 }
 
 /// What was seen.

@@ -121,6 +121,7 @@ impl Script<'_> {
             for frame in self.session.take_all_telemetry().collect::<Vec<_>>() {
                 if matches!(frame.state, State::Driving | State::Stopping) && !frame.probing {
                     self.timeline.error_um = frame.wheels.map(|wheel| wheel.error_um);
+                    self.timeline.duty = frame.wheels.map(|wheel| wheel.duty);
                 }
                 if frame.probing && !checked {
                     checked = true;

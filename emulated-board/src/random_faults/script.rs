@@ -87,7 +87,12 @@ impl Script<'_> {
             drive = Drive { start_us: Some(robot_us + 250_000), ..drive };
         }
         self.timeline.commanded_us.get_or_insert(now_us());
-        self.session.request(Command::Drive(drive)).await?;
+        let drive = Command::Drive(drive);
+        // A host that hangs repeats nothing: each repetition would keep the motion alive.
+        match self.world.host.get() {
+            Host::Hangs => self.session.post(drive).await?,
+            Host::Well | Host::Dead => drop(self.session.request(drive).await?),
+        }
         self.mark(Phase::Waiting);
         self.session.take_events().for_each(drop);
         self.session.take_telemetry().for_each(drop);

@@ -142,9 +142,11 @@ impl FaultInstant {
     /// Whether the wheel ended so near its setpoint that nothing was missing, or ahead of it, and was not pushed back: then
     /// the integral of before still holds against it.
     pub fn arrived(&self, wheel: Wheel) -> bool {
-        let near = self.error_um.get(wheel).unsigned_abs() < ARRIVED_UM;
+        let error_um = *self.error_um.get(wheel);
+        let near = error_um.unsigned_abs() < ARRIVED_UM;
+        let ahead = f64::from(error_um) * self.speed_mps.get(wheel) < 0.0;
         let pushed = self.duty.get(wheel).unsigned_abs() >= PUSHES;
-        self.situation == Situation::Moving && (near || !pushed)
+        self.situation == Situation::Moving && (near || (ahead && !pushed))
     }
 
     /// Whether the robot had answered no hello yet, and the host armed it later: what restarts it now, the host never knows of.

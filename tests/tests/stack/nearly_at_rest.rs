@@ -1,7 +1,7 @@
 //! Velocities so small that a count hardly changes: of a stick that trembles, or of the inner wheel of a turn.
 
 use beeline_tests::robot::on_robot;
-use shared_proto::{Command, Velocity, Wheel};
+use shared_proto::{Command, Config, Velocity, Wheel};
 use sim_target::plant::PlantFault;
 
 use crate::long_counts::with_counts;
@@ -14,9 +14,9 @@ fn trembles(by_mps: f64) -> impl Fn(f64) -> Velocity {
 
 /// A turn about the left wheel, which goes on at this speed \[m/s\].
 fn turns_about_left(wheel_mps: f64) -> impl Fn(f64) -> Velocity {
-    const HALF_TRACK_M: f64 = 0.093;
     const OUTER_MPS: f64 = 0.1;
-    let turn_rad_s = (OUTER_MPS - wheel_mps) / (2.0 * HALF_TRACK_M);
+    let track_width_m = Config::default().geometry.track_width_m;
+    let turn_rad_s = (OUTER_MPS - wheel_mps) / track_width_m;
     move |_| velocity(0.5 * (OUTER_MPS + wheel_mps), turn_rad_s)
 }
 

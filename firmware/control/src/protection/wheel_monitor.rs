@@ -138,7 +138,7 @@ impl WheelMonitor {
         } else if self.creeps(limits, view.positions()) {
             Some(self.unless_line(self.diagnose(limits), limits))
         } else if view.nearly_rests() && self.is_stuck_at_rest(limits, &view, supply_scale) {
-            // The setpoint trembles, and the wheel is farther off than if it rested.
+            // Quiet by the bounds of a setpoint that moves; those of one at rest are narrower.
             Some(self.unless_line(WheelFault::Stall, limits))
         } else {
             None

@@ -33,6 +33,10 @@ const AGAIN: Motion = Motion {
 };
 /// It ends this close to its target, or within two counts \[m\].
 const AGAIN_M_MAX: f64 = 0.0015;
+/// A wheel that turned farther than this before the motion had rolled \[rad\]: 0.05 mm.
+const ROLLED_RAD: f64 = 0.05 / 36.0;
+/// A wheel that turns less in 3 ms stands \[rad\]: 10 mm/s.
+const STANDS_RAD: f64 = 0.03 / 36.0;
 
 /// Runs a case on this image.
 pub fn run(image: &Path, case: &Case) -> Result<Verdict, String> {
@@ -216,6 +220,7 @@ impl After<'_> {
         if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
             return Err(format!("cannot be armed: {refusal:?}"));
         }
+        let commanded_rad = self.angles_rad();
         let motion = self.session.new_motion();
         if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
             return Err(format!("does not drive: {refusal:?}"));
@@ -304,6 +309,26 @@ impl After<'_> {
         Ok(status)
     }
 
+    fn angles_rad(&self) -> WheelPair<f64> {
+        self.world.testbed.plant(|plant| plant.wheel_angles_rad())
+    }
+
+    /// Renews a motion, which begins only when wheels that roll stand: where that is \[rad\].
+    async fn once_it_stands(&mut self, motion: MotionId) -> Result<WheelPair<f64>, String> {
+        let mut at_rad = self.angles_rad();
+        for look in 0..1000 {
+            if look % 6 == 0 {
+                let _ = self.ask(Command::Renew { motion }).await?;
+            }
+            self.listen(3).await?;
+            let before_rad = std::mem::replace(&mut at_rad, self.angles_rad());
+            if at_rad.zip(before_rad).all(|(now, before)| (now - before).abs() < STANDS_RAD) {
+                break;
+            }
+        }
+        Ok(at_rad)
+    }
+
     async fn listen(&mut self, ms: u64) -> Result<(), String> {
         self.session.listen(Duration::from_millis(ms)).await.map_err(|error| error.to_string())
     }
@@ -316,20 +341,22 @@ impl After<'_> {
         if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
             return Err(format!("cannot be armed again: {refusal:?}"));
         }
-        let angles = || self.world.testbed.plant(|plant| plant.wheel_angles_rad());
-        let start_rad = angles();
         let motion = self.session.new_motion();
         if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
             return Err(format!("does not drive again: {refusal:?}"));
         }
+        let start_rad = self.once_it_stands(motion).await?;
         let status = self.until_it_ends(motion).await?;
         if status.motion_end != Some(MotionEnd::Completed) {
             return Err(format!("drives no more: {:?}, {:?}", status.state, status.fault));
         }
         // The robot takes both wheels for equal.
         let radius_m = shared_proto::Config::default().geometry.wheel_radius_m;
-        let driven_m = angles().zip(start_rad).map(|(to, from)| (to - from) * radius_m);
-        let m_max = AGAIN_M_MAX.max(2.0 * self.case.count_m());
+        let driven_m = self.angles_rad().zip(start_rad).map(|(to, from)| (to - from) * radius_m);
+        // A robot that rolled begins its motion after the encoder check, three counts on.
+        let rolled = start_rad.zip(commanded_rad).any(|(to, from)| (to - from).abs() > ROLLED_RAD);
+        let counts = if rolled { 4.0 } else { 2.0 };
+        let m_max = AGAIN_M_MAX.max(counts * self.case.count_m());
         if driven_m.any(|m| (m - AGAIN.distance.left).abs() > m_max) {
             return Err(format!("drives wrong afterwards: {driven_m:?} m"));
         }

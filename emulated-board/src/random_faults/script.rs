@@ -23,8 +23,8 @@ const LOOK_US: u64 = 5_000;
 const RENEW_US: u64 = 30_000;
 /// A motion begins this long before its first tick \[us\]: ten ticks ahead.
 const AHEAD_US: u64 = 10_000;
-/// Both wheels' encoder checks, at most \[us\].
-const CHECK_US_MAX: u64 = 3_000_000;
+/// Both wheels' encoder checks, at most, after wheels that roll have come to rest \[us\].
+const CHECK_US_MAX: u64 = 6_000_000;
 /// After what happened the host drives on at most this long \[us\].
 const AFTER_US_MAX: u64 = 2_500_000;
 /// The time for a stop, after the cruise has begun \[us\].

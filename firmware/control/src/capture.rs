@@ -60,20 +60,18 @@ pub struct Capture {
 }
 
 impl Capture {
-    /// Starts with the wheels at these counts, as wired.
-    pub fn new(settings: CaptureSettings, counts: WheelPair<i64>) -> Self {
+    /// Starts with wheels that stand.
+    pub fn new(settings: CaptureSettings) -> Self {
         let estimators = settings.scales.map(|scale| SpeedEstimator::with(scale, 0));
-        let mut capture = Self { settings: settings.clone(), estimators };
-        capture.restart(&settings, counts);
-        capture
+        Self { settings, estimators }
     }
 
-    /// Adopts new settings, with the wheels at these counts, as wired.
+    /// Adopts new settings. A wheel that rolls goes on rolling: its speed stays known, unless its sign has changed.
     #[inline(never)]
-    pub fn restart(&mut self, settings: &CaptureSettings, counts: WheelPair<i64>) {
-        let forward = settings.forward(counts);
-        self.estimators.left.restart(settings.scales.left, forward.left);
-        self.estimators.right.restart(settings.scales.right, forward.right);
+    pub fn adopt(&mut self, settings: &CaptureSettings) {
+        let turned = settings.reversed != self.settings.reversed;
+        self.estimators.left.adopt(settings.scales.left, turned);
+        self.estimators.right.adopt(settings.scales.right, turned);
         self.settings.clone_from(settings);
     }
 

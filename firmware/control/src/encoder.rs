@@ -138,13 +138,13 @@ impl SpeedEstimator {
         }
     }
 
-    /// Restarts in place, with a wheel that stands at `counts`.
-    pub const fn restart(&mut self, scale: SpeedScale, counts: i64) {
+    /// Adopts a scale. A count that has `turned` round has no past: its speed is zero until it has changed twice.
+    pub const fn adopt(&mut self, scale: SpeedScale, turned: bool) {
         self.scale = scale;
-        self.len = 0;
-        self.counts = counts as u32;
-        self.forward = true;
-        self.magnitude = 0;
+        if turned {
+            self.len = 0;
+            self.magnitude = 0;
+        }
     }
 
     /// The speed after the count taken at `tick`. Call this once a tick.

@@ -92,11 +92,11 @@ pub enum ProbeOutcome {
     Failed(Fault),
 }
 
-/// After a wheel has passed, both counts must stand still this long before the other one is pushed \[ticks\].
-const QUIET_TICKS: u32 = 20;
-
-/// A wheel that rolls on without a brake is waited for this long \[ticks\].
+/// A wheel that has passed and rolls on without a brake is waited for this long \[ticks\].
 const ROLL_OUT_TICKS_MAX: u32 = 300;
+/// A wheel that rolls when the check begins is waited for this long \[ticks\]: from 0.6 m/s, at the 0.2 m/s^2 by which the
+/// robot with the least friction and the largest load slows down without a brake.
+const ROLLING_TICKS_MAX: u32 = 3_000;
 
 /// The probe of both wheels.
 #[derive(Clone, Debug)]
@@ -105,12 +105,14 @@ pub struct Probe {
     directions: WheelPair<Direction>,
     stage: Stage,
     rates: WheelPair<RateWatch>,
+    /// Both counts must stand still this long before a wheel is pushed \[ticks\].
+    quiet_ticks: u32,
 }
 
 #[derive(Clone, Debug)]
 enum Stage {
     /// This wheel is next, once both counts stand still.
-    Before { wheel: Wheel, last: WheelPair<i64>, quiet_ticks: u32, ticks_left: u32 },
+    Before { wheel: Wheel, last: WheelPair<i64>, still_ticks: u32, ticks_left: u32 },
     /// This wheel is pushed.
     Pushing { wheel: Wheel, probe: WheelProbe },
     /// Both wheels have passed.
@@ -132,11 +134,12 @@ impl Probe {
         let stage = Stage::Before {
             wheel: Wheel::Left,
             last: counts,
-            quiet_ticks: if rolling { 0 } else { QUIET_TICKS },
-            ticks_left: ROLL_OUT_TICKS_MAX,
+            still_ticks: 0,
+            ticks_left: if rolling { ROLLING_TICKS_MAX } else { 0 },
         };
         let rates = counts.zip(limits).map(|(count, limits)| RateWatch::new(limits, count));
-        Self { limits, directions, stage, rates }
+        let quiet_ticks = limits.left.quiet_ticks.max(limits.right.quiet_ticks);
+        Self { limits, directions, stage, rates, quiet_ticks }
     }
 
     /// One tick, with the counts as they are now.
@@ -150,10 +153,10 @@ impl Probe {
         loop {
             match &mut self.stage {
                 Stage::Done => return ProbeOutcome::Done,
-                Stage::Before { wheel, last, quiet_ticks, ticks_left } => {
-                    if *quiet_ticks < QUIET_TICKS && *ticks_left > 0 {
+                Stage::Before { wheel, last, still_ticks, ticks_left } => {
+                    if *still_ticks < self.quiet_ticks && *ticks_left > 0 {
                         *ticks_left -= 1;
-                        *quiet_ticks = if counts == *last { *quiet_ticks + 1 } else { 0 };
+                        *still_ticks = if counts == *last { *still_ticks + 1 } else { 0 };
                         *last = counts;
                         return ProbeOutcome::Running(WheelPair::both(Duty::ZERO));
                     }
@@ -199,7 +202,7 @@ impl Probe {
                 Wheel::Left => Stage::Before {
                     wheel: Wheel::Right,
                     last: counts,
-                    quiet_ticks: QUIET_TICKS,
+                    still_ticks: 0,
                     ticks_left: 0,
                 },
                 Wheel::Right => Stage::Done,
@@ -207,7 +210,7 @@ impl Probe {
             sign => {
                 let (own, other) = (*counts.get(wheel), *counts.get(wheel.other()));
                 let limits = *self.limits.get(wheel);
-                let other_counts = self.limits.get(wheel.other()).counts();
+                let other_counts = self.limits.get(wheel.other()).other_counts;
                 Stage::Pushing {
                     wheel,
                     probe: WheelProbe::new(limits, sign, own, other, other_counts),
@@ -224,7 +227,7 @@ impl Probe {
         Stage::Before {
             wheel: Wheel::Right,
             last: counts,
-            quiet_ticks: 0,
+            still_ticks: 0,
             ticks_left: ROLL_OUT_TICKS_MAX,
         }
     }

@@ -27,6 +27,8 @@ const LONG_COUNTS_MIN: u32 = 2;
 const TRAVEL_M_ENOUGH: f64 = 0.002;
 /// The share of that which is taken against the backlash and shiver that fine encoders see.
 const FINE_SHARE: u32 = 10;
+/// The share of it that is taken against a wheel that the push of the other one rolls a little.
+const OTHERS_SHARE: u32 = 3;
 /// A count that has moved the wrong way is called reversed after this long \[ticks\]: interference that began within a tick,
 /// and so looked slow, is known for what it is by then.
 const AGAINST_TICKS: u32 = 3;
@@ -42,6 +44,10 @@ const OTHER_TIMES_MAX: i64 = 4;
 const ROLL_TICKS: u32 = 40;
 /// Those three at most \[ticks\].
 const ROLL_TICKS_MAX: f64 = 1000.0;
+/// A wheel stands whose count does not change for this long \[s\],
+const QUIET_S: f64 = 0.02;
+/// and which is slower than this \[m/s\]: long counts change seldom.
+const STANDS_MPS: f64 = 0.0125;
 /// Fractional bits of a lag.
 const LAG_BITS: u32 = 16;
 /// Fractional bits of a time constant in ticks.
@@ -72,6 +78,10 @@ pub(super) struct PushLimits {
     /// So long the wheel may roll out.
     roll_ticks: u32,
     counts: i64,
+    /// Of the other wheel, that tell that it is this one.
+    pub other_counts: i64,
+    /// A wheel whose count has not changed for so long stands.
+    pub quiet_ticks: u32,
     counts_per_tick_max: u64,
 }
 
@@ -103,14 +113,11 @@ impl PushLimits {
             roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_ticks, ROLL_TICKS_MAX), 0) as u32,
             hold_ticks: truncate(config.protection.stall_time_s * (HOLD_STALL_TIMES * hz), 0)
                 as u32,
+            other_counts: i64::from(COUNTS_MIN.max(enough / OTHERS_SHARE)),
             counts: i64::from(enough.clamp(LONG_COUNTS_MIN, COUNTS_MIN).max(enough / FINE_SHARE)),
+            quiet_ticks: truncate(max(QUIET_S, q_m / STANDS_MPS) * hz, 0) as u32,
             counts_per_tick_max: counts_per_tick_max(config, q),
         }
-    }
-
-    /// Counts that tell a direction.
-    pub fn counts(&self) -> i64 {
-        self.counts
     }
 }
 
@@ -259,7 +266,8 @@ impl WheelProbe {
         }
         let others = self.other.moved(other).saturating_abs();
         let range = self.other_counts..=OTHER_TIMES_MAX * self.other_counts;
-        if self.own.changes < CHANGES_MIN && range.contains(&others) {
+        let exchanged = range.contains(&others) && !self.other.is_of_one_line();
+        if self.own.changes < CHANGES_MIN && exchanged {
             return Push::Failed(Fault::EncodersExchanged);
         }
         match &mut self.rolling {

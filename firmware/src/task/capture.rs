@@ -25,7 +25,7 @@ pub async fn run<M: RawMutex>(
     mut timer: impl ControlTimer,
     mut encoders: impl Encoders,
 ) -> ! {
-    let mut capture = Capture::new(shared.capture_settings.next().await, encoders.counts());
+    let mut capture = Capture::new(shared.capture_settings.next().await);
     let mut ticks = ControlTicks::START;
     let mut tick = 0_u32;
     loop {
@@ -35,7 +35,7 @@ pub async fn run<M: RawMutex>(
             note_late(shared, tick, t_us);
         }
         let counts = encoders.counts();
-        shared.capture_settings.if_new(|settings| capture.restart(settings, counts));
+        shared.capture_settings.if_new(|settings| capture.adopt(settings));
         tick = tick.wrapping_add(1);
         shared.snapshot.with(|now| {
             now.measured.tick = tick;

@@ -11,6 +11,8 @@ use super::range_check::{ParameterError, RangeCheck};
 pub struct BridgeParameters {
     /// Disabled, the driver shorts the motors, so that they brake; otherwise their terminals are open.
     pub shorts_when_off: bool,
+    /// Enabled and without a duty, the driver opens the motors' terminals, so that they coast; otherwise it shorts them.
+    pub opens_without_duty: bool,
     /// From a new duty to its effect, in calls of [`Plant::set_duty`](super::Plant::set_duty): the robot makes one a
     /// millisecond.
     pub delay_ms: u8,

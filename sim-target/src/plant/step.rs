@@ -44,6 +44,9 @@ impl Plant {
             if opens || faults.motor_unplugged {
                 return Terminals::Open;
             }
+            if on && duty == 0.0 && bridge.opens_without_duty {
+                return Terminals::Open;
+            }
             let duty = if on { duty } else { 0.0 };
             let swap = if faults.motor_reversed { -motor.polarity } else { motor.polarity };
             let duty = duty * swap;

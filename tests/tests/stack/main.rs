@@ -18,6 +18,7 @@ mod motion;
 mod nearly_at_rest;
 mod request_order;
 mod retry;
+mod rolling;
 mod safety;
 mod stall;
 mod stopped_task;

@@ -168,10 +168,10 @@ impl WheelMonitor {
         self.add_push(limits, view, supply_scale);
         let found = if goes_on && self.runs_against_motor(limits, view, supply_scale) {
             WheelFault::EncoderReversed
-        } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
-            self.diagnose(limits)
         } else if self.is_stuck_at_rest(limits, view, supply_scale) {
             WheelFault::Stall
+        } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
+            self.diagnose(limits)
         } else if too_far {
             WheelFault::FollowingError
         } else {
@@ -265,7 +265,7 @@ impl WheelMonitor {
     #[inline(always)]
     fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>, supply_scale: i32) {
         let stands = self.standing_ticks() >= 2 * limits.stall_ticks;
-        if !view.rests() && (self.run.is_none() || stands) {
+        if self.run.is_none() || stands {
             let duty = view.duty().0.to_bits().abs();
             let excess = (duty - at_supply(limits.push_duty, supply_scale)) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
@@ -293,7 +293,7 @@ impl WheelMonitor {
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }
 
-    /// The count stands still although a high duty pushes the wheel towards a setpoint at rest, or nearly.
+    /// The count stands still although the motor pushes the wheel towards a setpoint at rest, or nearly.
     fn is_stuck_at_rest(
         &self,
         limits: &WheelThresholds,
@@ -320,9 +320,10 @@ impl WheelMonitor {
         // A loop with long counts drives a sound wheel to and fro across an edge.
         let near = error < limits.resting_error as u32 && !limits.counts_are_short();
         let to_and_fro = near && self.tick.wrapping_sub(self.turn_tick) < enough;
-        !to_and_fro
+        let long = !to_and_fro
             && self.standing_ticks() >= enough
-            && view.duty().0.to_bits().abs() >= at_supply(limits.resting_duty, supply_scale)
+            && view.duty().0.to_bits().abs() >= at_supply(limits.resting_duty, supply_scale);
+        long || self.push > limits.push_max / 2
     }
 
     #[inline(always)]

@@ -120,8 +120,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     subscriber: u32,
     /// When the last plan begins.
     plan_starts: Instant,
-    /// A motion that waits for its start time or for the encoder check, and the wheels' state before it.
-    waiting: Option<(MotionCommand, WheelPair<ProfileState>)>,
+    /// A motion that waits for its start time or for the encoder check, and the wheels' state before it, unless they rolled.
+    waiting: Option<(MotionCommand, Option<WheelPair<ProfileState>>)>,
     /// When that motion starts, unless it starts at once.
     start_at: Option<Instant>,
     /// A voltage is under way: there is no plan, and the loop is open.
@@ -197,7 +197,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 let Some((wanted, from)) = self.waiting.take() else { return };
                 self.probed = self.probed.zip(self.probing).map(|(before, now)| before || now);
                 // Planned from before the check: the motion includes the check's travel.
-                self.begin(&wanted, from);
+                self.begin(&wanted, from.unwrap_or_else(|| self.standing()));
             }
             ControlEvent::Settled(id) if id == self.order_id => {
                 self.plan = None;

@@ -3,14 +3,14 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use shared_proto::{
-    Answer, Drive, MotionEnd, MotionError, MotionId, Refusal, State, Velocity, Voltage,
+    Answer, Drive, MotionEnd, MotionError, MotionId, Refusal, State, Velocity, Voltage, WheelPair,
 };
 
 use super::Supervisor;
 use super::motion_command::{EARLIER_MOTIONS, MotionCommand};
 use crate::hal::Store;
 use crate::probe::Direction;
-use crate::profile::Plan;
+use crate::profile::{Plan, ProfileState};
 use crate::shared::Action;
 use crate::units::CONTROL_PERIOD_US;
 
@@ -87,9 +87,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.is_probed(&MotionCommand::Voltage(*voltage)) {
             self.begin_voltage(voltage);
         } else {
-            let from = Plan::hold(self.shared.snapshot.get().measured.travel);
-            let from = from.at(self.plan_start_tick());
-            self.begin_probe(MotionCommand::Voltage(*voltage), from);
+            self.begin_probe(MotionCommand::Voltage(*voltage), self.standing());
         }
         Ok(Answer::Done)
     }
@@ -136,9 +134,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             // A wheel that has not been checked is checked from a standstill only.
             (Some(_), _) if !probed => return Err(Refusal::State(self.state)),
             (Some(plan), _) => plan.at(start),
-            (None, Some((_, from))) => *from,
+            (None, Some((_, Some(from)))) => *from,
             (None, None) if self.holds() => self.shared.profile.with(|profile| profile.at(start)),
-            (None, None) => Plan::hold(self.shared.snapshot.get().measured.travel).at(start),
+            (None, _) => self.standing(),
         };
         let plan = wanted.plan(start, from, &self.config).map_err(Refusal::Motion)?;
         self.register(wanted.motion());
@@ -166,8 +164,13 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     }
 
     /// Whether the wheels hold their place after a motion.
-    fn holds(&self) -> bool {
+    pub(super) fn holds(&self) -> bool {
         matches!(self.shared.snapshot.copy().action, Action::Track)
+    }
+
+    /// The wheels where they are now, as if they stood.
+    pub(super) fn standing(&self) -> WheelPair<ProfileState> {
+        Plan::hold(self.shared.snapshot.get().measured.travel).at(self.plan_start_tick())
     }
 
     /// When to start a motion so that `start_us` is its first control tick: half a tick before.

@@ -220,7 +220,6 @@ impl After<'_> {
         if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
             return Err(format!("cannot be armed: {refusal:?}"));
         }
-        let commanded_rad = self.angles_rad();
         let motion = self.session.new_motion();
         if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
             return Err(format!("does not drive: {refusal:?}"));
@@ -341,6 +340,7 @@ impl After<'_> {
         if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
             return Err(format!("cannot be armed again: {refusal:?}"));
         }
+        let commanded_rad = self.angles_rad();
         let motion = self.session.new_motion();
         if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
             return Err(format!("does not drive again: {refusal:?}"));

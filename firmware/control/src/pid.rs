@@ -89,7 +89,7 @@ pub struct Gains {
 
 impl Gains {
     /// One wheel's gains, of a valid configuration.
-    #[inline(never)]
+    #[inline]
     pub fn new(config: &Config, wheel: Wheel) -> Self {
         let dt_s = 1.0 / f64::from(CONTROL_HZ);
         let (pid, limits) = (&config.pid, &config.limits);
@@ -171,6 +171,11 @@ impl PidState {
     /// The error of the last tick, e \[m\].
     pub const fn error(&self) -> I2F30 {
         I2F30::from_bits(self.error)
+    }
+
+    /// The integral that the last tick used, as a duty at the nominal supply.
+    pub const fn integral(&self) -> i32 {
+        (self.integral_used >> (INTEGRAL_BITS - DUTY_BITS)) as i32
     }
 
     /// Whether the error of the last tick was at most this \[m\].

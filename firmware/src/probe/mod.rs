@@ -142,6 +142,11 @@ impl Probe {
         Self { limits, directions, stage, rates, quiet_ticks }
     }
 
+    /// No wheel has been pushed yet.
+    pub fn waits(&self) -> bool {
+        matches!(self.stage, Stage::Before { wheel: Wheel::Left, .. })
+    }
+
     /// One tick, with the counts as they are now.
     pub fn step(&mut self, counts: WheelPair<i64>) -> ProbeOutcome {
         let jumps = self.rates.as_mut().zip(counts).map(|(rate, count)| rate.jump(count));

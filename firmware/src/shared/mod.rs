@@ -46,6 +46,7 @@ use crate::probe::Probe;
 use crate::profile::{Plan, Profile};
 use crate::protection::Thresholds;
 use crate::soft_float::truncate;
+use crate::units::Travel;
 use crate::voltage::VoltagePlan;
 
 /// Everything that passes from one task to another.
@@ -237,8 +238,8 @@ pub enum ControlOrder {
 /// What the control tasks report to the supervisor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ControlEvent {
-    /// Both encoders count the way their motors push: the order with this id is done.
-    Probed(u32),
+    /// Both encoders count the way their motors push: the order with this id is done. And where the wheels stood before it.
+    Probed(u32, WheelPair<Travel>),
     /// The plan has ended and the wheels have settled: the order with this id is done.
     Settled(u32),
     /// The voltages are over and the wheels stand: the order with this id is done.

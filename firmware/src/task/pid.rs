@@ -5,6 +5,7 @@
 //! word no motion goes on.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use fixed::types::I32F32;
 use shared_proto::{AtFault, DriverConfig, Fault, WheelPair};
 
 use crate::capture::Measured;
@@ -14,7 +15,7 @@ use crate::probe::ProbeOutcome;
 use crate::protection::Protection;
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, SupplyLimits, Tick};
 use crate::supply::SupplyScale;
-use crate::units::Duty;
+use crate::units::{Duty, Travel};
 use crate::voltage::duty_of;
 
 /// The supply may stay below its limit this long \[ticks\]: a starting motor makes the voltage dip.
@@ -82,6 +83,8 @@ struct Control {
     protection: Protection,
     /// The last encoder check that was started.
     probe_id: Option<u32>,
+    /// Where the wheels stood before it pushed one.
+    stood: WheelPair<Travel>,
     tracking: bool,
     supply_low_ticks: u32,
     supply_high_ticks: u32,
@@ -99,6 +102,7 @@ impl Control {
             supply_scale: SupplyScale::new(settings.supply_mv.nominal),
             protection: Protection::with(settings.thresholds),
             probe_id: None,
+            stood: WheelPair::both(Travel(I32F32::ZERO)),
             tracking: false,
             supply_low_ticks: 0,
             supply_high_ticks: 0,
@@ -178,6 +182,7 @@ impl Control {
                 if self.probe_id != Some(id) {
                     self.reset(&mut tick.loops);
                     self.probe_id = Some(id);
+                    self.stood = tick.measured.travel;
                 }
                 self.step_probe(shared, &tick.measured, id, supply_scale)
             }
@@ -210,7 +215,11 @@ impl Control {
         let mut output = Output { enabled: true, probing: true, ..Output::OFF };
         // In place: to copy it takes longer than to step it.
         let outcome = shared.probe.with(|probe| {
-            let outcome = probe.as_mut()?.step(measured.counts);
+            let check = probe.as_mut()?;
+            let outcome = check.step(measured.counts);
+            if check.waits() {
+                self.stood = measured.travel;
+            }
             if !matches!(outcome, ProbeOutcome::Running(_)) {
                 *probe = None;
             }
@@ -222,7 +231,7 @@ impl Control {
                 output.duty = duty.map(|duty| self.gains.left.at_supply(duty, supply_scale));
             }
             Some(ProbeOutcome::Done) => {
-                let _ = shared.control_events.try_send(ControlEvent::Probed(id));
+                let _ = shared.control_events.try_send(ControlEvent::Probed(id, self.stood));
             }
             Some(ProbeOutcome::Failed(fault)) => shared.raise_in_tick(fault, measured.t_us),
             // The check is done and the supervisor's next order has not arrived yet.

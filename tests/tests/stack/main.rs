@@ -20,6 +20,7 @@ mod request_order;
 mod retry;
 mod rolling;
 mod safety;
+mod slope;
 mod stall;
 mod stopped_task;
 mod supply;

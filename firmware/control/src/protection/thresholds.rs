@@ -53,11 +53,11 @@ pub(super) struct WheelThresholds {
     /// Duty times looks that takes a wheel four counts far, slowly \[2^-18\].
     pub push_max: i32,
     /// A wheel is pushed by a duty above this \[2^-30\].
-    pub push_duty: u32,
+    pub push_duty: i32,
     pub resting_error: i32,
     /// So far off its place the loop drives a wheel back at rest.
     pub rest_band: u32,
-    pub resting_duty: u32,
+    pub resting_duty: i32,
     pub quiet: QuietBounds,
 }
 
@@ -87,7 +87,7 @@ impl QuietBounds {
 }
 
 impl WheelThresholds {
-    #[inline(never)]
+    #[inline]
     fn new(config: &Config, wheel: Wheel, q: MetersPerCount) -> Self {
         let q_m = q.metres();
         let hz = f64::from(CONTROL_HZ);
@@ -123,10 +123,10 @@ impl WheelThresholds {
             speed_cost,
             acceleration_cost: nearest(ka * (share * hz), 0),
             push_max: saturate_i32((speed_cost * i64::from(four_counts)) >> (9 + PUSH_SHIFT)),
-            push_duty: friction as u32 + (1 << I2F30::FRAC_NBITS) / pushing,
+            push_duty: friction as i32 + (1 << I2F30::FRAC_NBITS) / pushing,
             resting_error: four_counts,
             rest_band: rest_band as u32,
-            resting_duty: friction as u32 + (1 << I2F30::FRAC_NBITS) / 10,
+            resting_duty: friction as i32 + (1 << I2F30::FRAC_NBITS) / 10,
             quiet: QuietBounds::new(
                 error_max.min(least_advance.max(count)),
                 rest_band,

@@ -46,6 +46,8 @@ pub struct WheelMonitor {
     strays_since: Positions,
     /// Sum over the ticks since the last count of the duty, either way, beyond what friction takes \[2^-18\].
     push: i32,
+    /// The loop's integral when the wheel was last seen to turn, at the nominal supply: what a slope takes.
+    bias: i32,
     changes: LastChanges,
     /// The present series of changes against the setpoint, or away from one at rest.
     run: Option<Run>,
@@ -71,6 +73,7 @@ impl WheelMonitor {
             strays: 0,
             strays_since: POSITIONS,
             push: 0,
+            bias: 0,
             changes: LastChanges::BLANK,
             run: None,
             checkpoints: [POSITIONS; CHECKPOINTS_LEN],
@@ -91,7 +94,7 @@ impl WheelMonitor {
         self.counts = (view.counts, view.counts);
         (self.goings_back, self.turns, self.jumps, self.strays) = (0, 0, 0, 0);
         self.strays_since = start;
-        self.push = 0;
+        (self.push, self.bias) = (0, 0);
         self.changes.begin(self.last);
         self.run = None;
         self.checkpoints = [start; CHECKPOINTS_LEN];
@@ -135,7 +138,7 @@ impl WheelMonitor {
             // A copy, made here: whatever these are given by reference has to be in memory, and not at every tick.
             let view = WheelSample { ..view };
             self.examine(limits, &view, supply_scale)
-        } else if self.creeps(limits, view.positions()) {
+        } else if self.creeps(limits, &view) {
             Some(self.unless_line(self.diagnose(limits), limits))
         } else if view.nearly_rests() && self.is_stuck_at_rest(limits, &view, supply_scale) {
             // Quiet by the bounds of a setpoint that moves; those of one at rest are narrower.
@@ -170,7 +173,7 @@ impl WheelMonitor {
             WheelFault::EncoderReversed
         } else if self.is_stuck_at_rest(limits, view, supply_scale) {
             WheelFault::Stall
-        } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, positions) {
+        } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, view) {
             self.diagnose(limits)
         } else if too_far {
             WheelFault::FollowingError
@@ -266,10 +269,19 @@ impl WheelMonitor {
     fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>, supply_scale: i32) {
         let stands = self.standing_ticks() >= 2 * limits.stall_ticks;
         if self.run.is_none() || stands {
-            let duty = view.duty().0.to_bits().abs();
-            let excess = (duty - at_supply(limits.push_duty, supply_scale)) >> PUSH_SHIFT;
+            let excess = self.excess(view, limits.push_duty, supply_scale) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
         }
+    }
+
+    /// The duty, either way, beyond this one at the nominal supply; at rest also beyond what held the wheel when it turned.
+    fn excess(&self, view: &WheelSample<'_>, duty: i32, supply_scale: i32) -> i32 {
+        let applied = view.duty().0.to_bits();
+        let mut least = applied.abs();
+        if view.nearly_rests() {
+            least = least.min((applied - at_supply(self.bias, supply_scale)).abs());
+        }
+        least - at_supply(duty, supply_scale)
     }
 
     fn standing_ticks(&self) -> u32 {
@@ -322,7 +334,7 @@ impl WheelMonitor {
         let to_and_fro = near && self.tick.wrapping_sub(self.turn_tick) < enough;
         let long = !to_and_fro
             && self.standing_ticks() >= enough
-            && view.duty().0.to_bits().abs() >= at_supply(limits.resting_duty, supply_scale);
+            && self.excess(view, limits.resting_duty, supply_scale) >= 0;
         long || self.push > limits.push_max / 2
     }
 
@@ -333,15 +345,19 @@ impl WheelMonitor {
 
     /// At a checkpoint: the wheel falls far behind although its count still changes now and then, or its count floats.
     #[inline(always)]
-    fn creeps(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
-        self.checkpoint_is_due(limits) && self.creeps_at_checkpoint(limits, positions)
+    fn creeps(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
+        self.checkpoint_is_due(limits) && self.creeps_at_checkpoint(limits, view)
     }
 
     #[inline(never)]
-    fn creeps_at_checkpoint(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
+    fn creeps_at_checkpoint(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>) -> bool {
+        let positions = view.positions();
         self.checkpoint_tick = self.tick;
         let slot = &mut self.checkpoints[self.checkpoint % CHECKPOINTS_LEN];
         let moved = positions.since(core::mem::replace(slot, positions));
+        if self.standing_ticks() < limits.checkpoint_ticks {
+            self.bias = view.controller.integral();
+        }
         self.checkpoint = self.checkpoint.wrapping_add(1);
         let (advance, along) = along_setpoint(moved);
         // `EncoderReversed` has its own rule.
@@ -386,7 +402,7 @@ impl WheelMonitor {
 }
 
 /// A duty for the nominal supply at the supply at hand.
-fn at_supply(duty: u32, supply_scale: i32) -> i32 {
+fn at_supply(duty: i32, supply_scale: i32) -> i32 {
     saturate_i32((i64::from(duty) * i64::from(supply_scale)) >> SCALE_BITS)
 }
 

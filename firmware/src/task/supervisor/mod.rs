@@ -120,8 +120,8 @@ struct Supervisor<'a, M: RawMutex, S> {
     subscriber: u32,
     /// When the last plan begins.
     plan_starts: Instant,
-    /// A motion that waits for its start time or for the encoder check, and the wheels' state before it, unless they rolled.
-    waiting: Option<(MotionCommand, Option<WheelPair<ProfileState>>)>,
+    /// A motion that waits for its start time or for the encoder check, and the wheels' state before it.
+    waiting: Option<(MotionCommand, WheelPair<ProfileState>)>,
     /// When that motion starts, unless it starts at once.
     start_at: Option<Instant>,
     /// A voltage is under way: there is no plan, and the loop is open.
@@ -193,11 +193,11 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
 
     fn on_control(&mut self, event: ControlEvent) {
         match event {
-            ControlEvent::Probed(id) if id == self.order_id => {
-                let Some((wanted, from)) = self.waiting.take() else { return };
+            ControlEvent::Probed(id, stood) if id == self.order_id => {
+                let Some((wanted, _)) = self.waiting.take() else { return };
                 self.probed = self.probed.zip(self.probing).map(|(before, now)| before || now);
                 // Planned from before the check: the motion includes the check's travel.
-                self.begin(&wanted, from.unwrap_or_else(|| self.standing()));
+                self.begin(&wanted, self.standing(stood));
             }
             ControlEvent::Settled(id) if id == self.order_id => {
                 self.plan = None;
@@ -225,7 +225,7 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
                 }
             }
             // These belong to a replaced order; `on_fault` runs after every event.
-            ControlEvent::Probed(_)
+            ControlEvent::Probed(..)
             | ControlEvent::Settled(_)
             | ControlEvent::Rolled(..)
             | ControlEvent::Faulted => {}

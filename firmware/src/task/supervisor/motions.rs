@@ -12,7 +12,7 @@ use crate::hal::Store;
 use crate::probe::Direction;
 use crate::profile::{Plan, ProfileState};
 use crate::shared::Action;
-use crate::units::CONTROL_PERIOD_US;
+use crate::units::{CONTROL_PERIOD_US, Travel};
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     pub(super) fn execute_drive(&mut self, drive: &Drive) -> Result<Answer, Refusal> {
@@ -87,7 +87,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         if self.is_probed(&MotionCommand::Voltage(*voltage)) {
             self.begin_voltage(voltage);
         } else {
-            self.begin_probe(MotionCommand::Voltage(*voltage), self.standing());
+            self.begin_probe(MotionCommand::Voltage(*voltage), self.standing(self.travel()));
         }
         Ok(Answer::Done)
     }
@@ -134,9 +134,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
             // A wheel that has not been checked is checked from a standstill only.
             (Some(_), _) if !probed => return Err(Refusal::State(self.state)),
             (Some(plan), _) => plan.at(start),
-            (None, Some((_, Some(from)))) => *from,
+            (None, Some((_, from))) => *from,
             (None, None) if self.holds() => self.shared.profile.with(|profile| profile.at(start)),
-            (None, _) => self.standing(),
+            (None, None) => self.standing(self.travel()),
         };
         let plan = wanted.plan(start, from, &self.config).map_err(Refusal::Motion)?;
         self.register(wanted.motion());
@@ -168,9 +168,14 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         matches!(self.shared.snapshot.copy().action, Action::Track)
     }
 
-    /// The wheels where they are now, as if they stood.
-    pub(super) fn standing(&self) -> WheelPair<ProfileState> {
-        Plan::hold(self.shared.snapshot.get().measured.travel).at(self.plan_start_tick())
+    /// Where the wheels are now.
+    pub(super) fn travel(&self) -> WheelPair<Travel> {
+        self.shared.snapshot.get().measured.travel
+    }
+
+    /// Wheels that stand there.
+    pub(super) fn standing(&self, travel: WheelPair<Travel>) -> WheelPair<ProfileState> {
+        Plan::hold(travel).at(self.plan_start_tick())
     }
 
     /// When to start a motion so that `start_us` is its first control tick: half a tick before.

@@ -39,7 +39,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         let rolling = speed.any(|speed| speed.0.saturating_abs() > ROLLING);
         let probe = Probe::new(&self.config, counts, directions, rolling);
         self.probing = directions.map(|direction| direction != Direction::Still);
-        self.waiting = Some((wanted, (!rolling).then_some(from)));
+        self.waiting = Some((wanted, from));
         self.start_at = None;
         self.plan = None;
         self.shared.check(id, probe);
@@ -53,7 +53,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         from: WheelPair<ProfileState>,
         start_at: Instant,
     ) {
-        self.waiting = Some((wanted, Some(from)));
+        self.waiting = Some((wanted, from));
         self.start_at = Some(start_at);
         self.enter(State::Driving);
     }
@@ -63,7 +63,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         self.start_at = None;
         let Some((wanted, from)) = self.waiting.take() else { return };
         // Nothing holds the wheels in between: somebody may have pushed the robot.
-        let from = from.filter(|_| self.holds()).unwrap_or_else(|| self.standing());
+        let from = if self.holds() { from } else { self.standing(self.travel()) };
         if self.is_probed(&wanted) {
             self.begin(&wanted, from);
         } else {

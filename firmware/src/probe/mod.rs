@@ -170,7 +170,11 @@ impl Probe {
                 }
                 Stage::Pushing { wheel, probe } => {
                     let wheel = *wheel;
-                    match probe.step(*counts.get(wheel), *counts.get(wheel.other())) {
+                    match probe.step(
+                        self.limits.get(wheel),
+                        *counts.get(wheel),
+                        *counts.get(wheel.other()),
+                    ) {
                         Push::Running(duty) => {
                             let mut duties = WheelPair::both(Duty::ZERO);
                             *duties.get_mut(wheel) = duty;
@@ -214,7 +218,7 @@ impl Probe {
             },
             sign => {
                 let (own, other) = (*counts.get(wheel), *counts.get(wheel.other()));
-                let limits = *self.limits.get(wheel);
+                let limits = self.limits.get(wheel);
                 let other_counts = self.limits.get(wheel.other()).other_counts;
                 Stage::Pushing {
                     wheel,

@@ -205,7 +205,6 @@ pub(super) enum Push {
 /// The state of one wheel's check.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WheelProbe {
-    limits: PushLimits,
     /// 1 or -1.
     sign: i32,
     own: Watched,
@@ -225,9 +224,8 @@ pub(super) struct WheelProbe {
 }
 
 impl WheelProbe {
-    pub fn new(limits: PushLimits, sign: i32, own: i64, other: i64, other_counts: i64) -> Self {
+    pub fn new(limits: &PushLimits, sign: i32, own: i64, other: i64, other_counts: i64) -> Self {
         Self {
-            limits,
             sign,
             own: Watched::new(own),
             other: Watched::new(other),
@@ -250,12 +248,12 @@ impl WheelProbe {
     }
 
     /// One tick, with the wheel's own count and the other wheel's.
-    pub fn step(&mut self, own: i64, other: i64) -> Push {
+    pub fn step(&mut self, limits: &PushLimits, own: i64, other: i64) -> Push {
         let moved = self.own.moved(own).wrapping_mul(i64::from(self.sign));
-        if moved >= self.limits.counts && !self.own.is_of_one_line() {
+        if moved >= limits.counts && !self.own.is_of_one_line() {
             return Push::Passed;
         }
-        let against = moved <= -self.limits.counts && !self.own.is_of_one_line();
+        let against = moved <= -limits.counts && !self.own.is_of_one_line();
         self.against_ticks = if against { self.against_ticks + 1 } else { 0 };
         if self.against_ticks >= AGAINST_TICKS {
             return Push::Failed(Fault::EncoderReversed);
@@ -277,14 +275,14 @@ impl WheelProbe {
                 *left -= 1;
                 Push::Running(Duty::ZERO)
             }
-            None => Push::Running(self.push_on()),
+            None => Push::Running(self.push_on(limits)),
         }
     }
 
     /// What the wheel rolls on without a push, as (1): with T = kA / kV and the speed v = w / kV at most v T, as the
     /// motor brakes, and at most v^2 kA / (2 kS), as friction does.
-    fn rolls_on(&self) -> i64 {
-        let Self { limits, lagging, .. } = self;
+    fn rolls_on(&self, limits: &PushLimits) -> i64 {
+        let Self { lagging, .. } = self;
         // Below 2^47: the duty is 2^30 at most, and the time constant 2^16 ticks. Below, the product is below 2^62.
         let by_motor = (lagging * limits.time_constant) >> TIME_CONSTANT_BITS;
         if *lagging >= 2 * i64::from(limits.ks) {
@@ -295,8 +293,7 @@ impl WheelProbe {
     }
 
     /// The duty of this tick.
-    fn push_on(&mut self) -> Duty {
-        let limits = &self.limits;
+    fn push_on(&mut self, limits: &PushLimits) -> Duty {
         // (2), with the duty of the tick before, and (1)
         let excess = i64::from((self.duty - limits.ks).max(0));
         self.lagging += ((excess - self.lagging) * limits.lag) >> LAG_BITS;
@@ -309,7 +306,9 @@ impl WheelProbe {
         } else {
             self.held_ticks += 1;
         }
-        if self.push + self.rolls_on() > limits.push_max || self.held_ticks >= limits.hold_ticks {
+        if self.push + self.rolls_on(limits) > limits.push_max
+            || self.held_ticks >= limits.hold_ticks
+        {
             self.rolling = Some(limits.roll_ticks);
             return Duty::ZERO;
         }

@@ -275,6 +275,7 @@ impl WheelMonitor {
     }
 
     /// The duty, either way, beyond this one at the nominal supply; at rest also beyond what held the wheel when it turned.
+    #[inline(always)]
     fn excess(&self, view: &WheelSample<'_>, duty: i32, supply_scale: i32) -> i32 {
         let applied = view.duty().0.to_bits();
         let mut least = applied.abs();
@@ -326,16 +327,21 @@ impl WheelMonitor {
         view: &WheelSample<'_>,
         supply_scale: i32,
     ) -> bool {
+        if self.push > limits.push_max / 2 {
+            return true;
+        }
+        if self.standing_ticks() < 2 * limits.stall_ticks {
+            return false;
+        }
         let error = view.positions().error().unsigned_abs();
         let stall_times = if error >= limits.standing_advance as u32 { 2 } else { 10 };
         let enough = stall_times * limits.stall_ticks;
         // A loop with long counts drives a sound wheel to and fro across an edge.
         let near = error < limits.resting_error as u32 && !limits.counts_are_short();
         let to_and_fro = near && self.tick.wrapping_sub(self.turn_tick) < enough;
-        let long = !to_and_fro
+        !to_and_fro
             && self.standing_ticks() >= enough
-            && self.excess(view, limits.resting_duty, supply_scale) >= 0;
-        long || self.push > limits.push_max / 2
+            && self.excess(view, limits.resting_duty, supply_scale) >= 0
     }
 
     #[inline(always)]

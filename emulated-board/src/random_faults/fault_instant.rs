@@ -50,6 +50,7 @@ pub struct FaultInstant {
     turned_m: WheelPair<f64>,
     /// Travel in a count \[m\].
     count_m: f64,
+    acceleration_mps2: f64,
 }
 
 /// By then every rule about a moving setpoint has enough: 2 mm, and 15 % of the permitted following error with
@@ -129,6 +130,7 @@ impl FaultInstant {
             duty: timeline.duty,
             turned_m: turned_m(timeline, happened),
             count_m: case.count_m(),
+            acceleration_mps2: case.motion.acceleration,
         }
     }
 
@@ -199,7 +201,8 @@ impl FaultInstant {
     fn blind_mm(&self) -> f64 {
         let count_mm = 1000.0 * self.count_m;
         match self.situation {
-            Situation::Before => BLIND_MM.max(FEW_COUNTS * count_mm),
+            // The check did not name it: it had passed already.
+            Situation::Before if !self.moves_later => BLIND_MM.max(FEW_COUNTS * count_mm),
             _ if self.count_m > LONG_COUNT_M => LONG_COUNTS_MM + LONG_COUNTS * count_mm,
             _ => BLIND_MM,
         }
@@ -212,7 +215,13 @@ impl FaultInstant {
         let turns = self.situation == Situation::Moving && !stands;
         !turns
             || *self.turned_m.get(wheel) < FEW_COUNTS * self.count_m
-            || *self.speed_mps.get(wheel) < SLOW_MPS * (self.count_m / SLOW_COUNT_M).sqrt()
+            || self.reached_mps(wheel) < SLOW_MPS * (self.count_m / SLOW_COUNT_M).sqrt()
+    }
+
+    /// The wheel's speed: its setpoint's, but no more than it can have reached on its way, as it lags behind \[m/s\].
+    fn reached_mps(&self, wheel: Wheel) -> f64 {
+        let by_way = (2.0 * self.acceleration_mps2 * self.turned_m.get(wheel)).sqrt();
+        self.speed_mps.get(wheel).min(by_way)
     }
 
     /// For what is looked at while the robot is armed.

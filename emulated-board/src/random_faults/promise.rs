@@ -7,6 +7,7 @@ use super::bound::{MotorsOff, Name};
 use super::draw::{Case, Phase};
 use super::fault_instant::{FaultInstant, Situation};
 use super::fault_kind::{CORE_STANDS_MS_MAX, FaultKind};
+use super::script::IDLE_US;
 
 /// What is promised.
 #[derive(Clone, Debug)]
@@ -197,6 +198,12 @@ fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Ve
     }
 }
 
+/// A dip of so many milliseconds lasts when the robot is armed, which is refused then.
+fn is_low_while_arming(case: &Case, ms: u16) -> bool {
+    let ends_us = case.delay_us + u64::from(ms) * 1000;
+    case.phase == Phase::Arming || case.phase == Phase::Idle && ends_us >= IDLE_US
+}
+
 /// A wheel that its motor no longer turns.
 fn stalls(wheel: Wheel, slow: bool, instant: &FaultInstant) -> Vec<Name> {
     let mut names = stands(wheel, &[Fault::Stall(wheel)], instant);
@@ -222,7 +229,7 @@ fn silence(case: &Case) -> MotorsOff {
 /// A supply that fails. A dip is shorter than the 20 ticks that a starting motor may take; but arming looks at once.
 fn of_supply(kind: FaultKind, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
     match kind {
-        FaultKind::SupplyDip(..) if case.phase == Phase::Arming => {
+        FaultKind::SupplyDip(_, ms) if is_low_while_arming(case, ms) => {
             (MotorsOff::NotNeeded, vec![Name::Harmless, Name::Fault(Fault::SupplyLow)])
         }
         FaultKind::SupplyDip(..) => (MotorsOff::NotNeeded, vec![Name::Harmless]),

@@ -27,7 +27,7 @@
 //! A count that twice changes in one tick by more than the wheel can turn is interference (`CountRate`), whatever
 //! else it does. Such a change tells nothing else.
 //!
-//! Wheels that still roll, as from a drive that was cut short, are waited for.
+//! Wheels that still roll, as from a drive that was cut short, are waited for, up to 3 s. The motion then begins where they stand.
 //!
 //! What the check cannot see: a wheel whose motor and encoder are both reversed, and left and right
 //! exchanged together with their motors. Each wheel then follows its own count, so nothing runs away, but

@@ -6,7 +6,7 @@ use super::wheel_bench::{MOTOR, Mishap, drive_out};
 
 #[test]
 fn an_encoder_that_dies_as_its_wheel_comes_to_rest_does_not_let_it_run() {
-    // A wheel that was one to four counts from its place ran 29 m in a minute.
+    // A wheel that was one to four counts from its place ran 29 m in a minute; later 160 mm, until the push was summed at rest.
     let (mut named_mm, mut unnamed_mm) = (0.0f64, 0.0f64);
     for counts in [360.0, 900.0, 2797.0, 20_000.0] {
         for (cruise, acceleration) in [(0.03, 0.1), (0.12, 0.98), (0.3, 0.5)] {
@@ -22,5 +22,5 @@ fn an_encoder_that_dies_as_its_wheel_comes_to_rest_does_not_let_it_run() {
         }
     }
     println!("named after {named_mm:.0} mm at most, unnamed {unnamed_mm:.1} mm");
-    assert!(named_mm < 160.0 && unnamed_mm < 2.0, "{named_mm} {unnamed_mm}");
+    assert!(named_mm < 70.0 && unnamed_mm < 2.0, "{named_mm} {unnamed_mm}");
 }

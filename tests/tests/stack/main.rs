@@ -16,6 +16,7 @@ mod lease;
 mod long_counts;
 mod motion;
 mod nearly_at_rest;
+mod reaction;
 mod request_order;
 mod retry;
 mod rolling;

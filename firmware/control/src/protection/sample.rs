@@ -4,7 +4,8 @@ use fixed::types::I32F32;
 
 use crate::pid::{PidState, nearly_rests};
 use crate::profile::Setpoint;
-use crate::units::{Duty, Travel};
+use crate::supply::SCALE_BITS;
+use crate::units::{Duty, Travel, saturate_i32};
 
 /// One wheel at one tick.
 #[derive(Clone, Copy)]
@@ -35,10 +36,27 @@ impl WheelSample<'_> {
         acceleration.0 == 0 && nearly_rests(speed.0.to_bits())
     }
 
+    /// The duty, either way, beyond this one at the nominal supply; at rest also beyond the `bias` that held the wheel when it
+    /// turned.
+    #[inline(always)]
+    pub fn excess(&self, duty: i32, bias: i32, supply_scale: i32) -> i32 {
+        let applied = self.duty().0.to_bits();
+        let mut least = applied.abs();
+        if self.nearly_rests() {
+            least = least.min((applied - at_supply(bias, supply_scale)).abs());
+        }
+        least - at_supply(duty, supply_scale)
+    }
+
     #[inline(always)]
     pub fn positions(&self) -> Positions {
         Positions { setpoint: position(self.setpoint.travel), travel: position(self.travel) }
     }
+}
+
+/// A duty for the nominal supply at the supply at hand.
+fn at_supply(duty: i32, supply_scale: i32) -> i32 {
+    saturate_i32((i64::from(duty) * i64::from(supply_scale)) >> SCALE_BITS)
 }
 
 /// Fractional bits of a position: fine enough for any encoder, and 32 bits of them are 256 m.
@@ -72,6 +90,14 @@ impl Positions {
         Positions {
             setpoint: earlier.setpoint.wrapping_add(setpoint >> 1),
             travel: earlier.travel.wrapping_add(travel >> 1),
+        }
+    }
+
+    /// How far the setpoint moved, and the wheel along with it.
+    pub fn along_setpoint(self) -> (i32, i32) {
+        match self.setpoint {
+            0.. => (self.setpoint, self.travel),
+            _ => (self.setpoint.wrapping_neg(), self.travel.wrapping_neg()),
         }
     }
 

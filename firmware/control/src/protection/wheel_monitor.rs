@@ -5,8 +5,6 @@ use super::runaway::Run;
 use super::sample::{Positions, WheelSample, position};
 use super::thresholds::{CHECKPOINTS_LEN, PUSH_SHIFT, QuietBounds, WheelThresholds};
 use super::wheel_fault::WheelFault;
-use crate::supply::SCALE_BITS;
-use crate::units::saturate_i32;
 
 /// A count that goes back and forth this often comes from an encoder with one line, not from a wheel that stands.
 const ONE_LINE: u32 = 2;
@@ -269,20 +267,9 @@ impl WheelMonitor {
     fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>, supply_scale: i32) {
         let stands = self.standing_ticks() >= 2 * limits.stall_ticks;
         if self.run.is_none() || stands {
-            let excess = self.excess(view, limits.push_duty, supply_scale) >> PUSH_SHIFT;
+            let excess = view.excess(limits.push_duty, self.bias, supply_scale) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
         }
-    }
-
-    /// The duty, either way, beyond this one at the nominal supply; at rest also beyond what held the wheel when it turned.
-    #[inline(always)]
-    fn excess(&self, view: &WheelSample<'_>, duty: i32, supply_scale: i32) -> i32 {
-        let applied = view.duty().0.to_bits();
-        let mut least = applied.abs();
-        if view.nearly_rests() {
-            least = least.min((applied - at_supply(self.bias, supply_scale)).abs());
-        }
-        least - at_supply(duty, supply_scale)
     }
 
     fn standing_ticks(&self) -> u32 {
@@ -341,7 +328,7 @@ impl WheelMonitor {
         let to_and_fro = near && self.tick.wrapping_sub(self.turn_tick) < enough;
         !to_and_fro
             && self.standing_ticks() >= enough
-            && self.excess(view, limits.resting_duty, supply_scale) >= 0
+            && view.excess(limits.resting_duty, self.bias, supply_scale) >= 0
     }
 
     #[inline(always)]
@@ -365,7 +352,7 @@ impl WheelMonitor {
             self.bias = view.controller.integral();
         }
         self.checkpoint = self.checkpoint.wrapping_add(1);
-        let (advance, along) = along_setpoint(moved);
+        let (advance, along) = moved.along_setpoint();
         // `EncoderReversed` has its own rule.
         let creeps =
             advance >= limits.creeping_advance && along < advance >> 3 && self.run.is_none();
@@ -376,7 +363,7 @@ impl WheelMonitor {
     #[cold]
     #[inline(never)]
     fn strays(&mut self, limits: &WheelThresholds, positions: Positions) -> bool {
-        let (advance, along) = along_setpoint(positions.since(self.strays_since));
+        let (advance, along) = positions.since(self.strays_since).along_setpoint();
         let (some, more) = (limits.standing_advance, limits.creeping_advance);
         if advance < some {
             return false;
@@ -404,18 +391,5 @@ impl WheelMonitor {
         } else {
             WheelFault::EncoderDead
         }
-    }
-}
-
-/// A duty for the nominal supply at the supply at hand.
-fn at_supply(duty: i32, supply_scale: i32) -> i32 {
-    saturate_i32((i64::from(duty) * i64::from(supply_scale)) >> SCALE_BITS)
-}
-
-/// How far the setpoint moved, and the wheel along with it.
-fn along_setpoint(moved: Positions) -> (i32, i32) {
-    match moved.setpoint {
-        0.. => (moved.setpoint, moved.travel),
-        _ => (moved.setpoint.wrapping_neg(), moved.travel.wrapping_neg()),
     }
 }

@@ -66,12 +66,11 @@ impl Capture {
         Self { settings, estimators }
     }
 
-    /// Adopts new settings. A wheel that rolls goes on rolling: its speed stays known, unless its sign has changed.
+    /// Adopts new settings. Speeds are zero until the counts have changed twice.
     #[inline(never)]
     pub fn adopt(&mut self, settings: &CaptureSettings) {
-        let turned = settings.reversed != self.settings.reversed;
-        self.estimators.left.adopt(settings.scales.left, turned);
-        self.estimators.right.adopt(settings.scales.right, turned);
+        self.estimators.left.adopt(settings.scales.left);
+        self.estimators.right.adopt(settings.scales.right);
         self.settings.clone_from(settings);
     }
 

@@ -138,13 +138,11 @@ impl SpeedEstimator {
         }
     }
 
-    /// Adopts a scale. A count that has `turned` round has no past: its speed is zero until it has changed twice.
-    pub const fn adopt(&mut self, scale: SpeedScale, turned: bool) {
+    /// Adopts a scale. The speed is zero until the count has changed twice.
+    pub const fn adopt(&mut self, scale: SpeedScale) {
         self.scale = scale;
-        if turned {
-            self.len = 0;
-            self.magnitude = 0;
-        }
+        self.len = 0;
+        self.magnitude = 0;
     }
 
     /// The speed after the count taken at `tick`. Call this once a tick.

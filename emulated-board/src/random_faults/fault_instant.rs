@@ -50,6 +50,7 @@ pub struct FaultInstant {
     turned_m: WheelPair<f64>,
     /// Travel in a count \[m\].
     count_m: f64,
+    /// Of the motion \[m/s^2\].
     acceleration_mps2: f64,
 }
 

@@ -33,8 +33,6 @@ const AGAIN: Motion = Motion {
 };
 /// It ends this close to its target, or within two counts \[m\].
 const AGAIN_M_MAX: f64 = 0.0015;
-/// A wheel that turned farther than this before the motion had rolled \[rad\]: 0.05 mm.
-const ROLLED_RAD: f64 = 0.05 / 36.0;
 /// A wheel that turns less in 3 ms stands \[rad\]: 10 mm/s.
 const STANDS_RAD: f64 = 0.03 / 36.0;
 
@@ -340,7 +338,6 @@ impl After<'_> {
         if let Err(refusal) = self.ask(Command::Arm { take: false }).await? {
             return Err(format!("cannot be armed again: {refusal:?}"));
         }
-        let commanded_rad = self.angles_rad();
         let motion = self.session.new_motion();
         if let Err(refusal) = self.ask(Command::Drive(AGAIN.drive_now(motion))).await? {
             return Err(format!("does not drive again: {refusal:?}"));
@@ -353,10 +350,7 @@ impl After<'_> {
         // The robot takes both wheels for equal.
         let radius_m = shared_proto::Config::default().geometry.wheel_radius_m;
         let driven_m = self.angles_rad().zip(start_rad).map(|(to, from)| (to - from) * radius_m);
-        // A robot that rolled begins its motion after the encoder check, three counts on.
-        let rolled = start_rad.zip(commanded_rad).any(|(to, from)| (to - from).abs() > ROLLED_RAD);
-        let counts = if rolled { 4.0 } else { 2.0 };
-        let m_max = AGAIN_M_MAX.max(counts * self.case.count_m());
+        let m_max = AGAIN_M_MAX.max(2.0 * self.case.count_m());
         if driven_m.any(|m| (m - AGAIN.distance.left).abs() > m_max) {
             return Err(format!("drives wrong afterwards: {driven_m:?} m"));
         }

@@ -4,20 +4,14 @@ use beeline_tests::robot::{meters, on_robot};
 use shared_proto::{Command, Fault, Wheel};
 use sim_target::plant::PlantFault;
 
-use crate::long_counts::with_counts;
+use crate::rolling::coasting;
 
 #[test]
 fn a_dead_encoder_is_not_exchanged_with_that_of_a_wheel_that_the_push_rolls_a_little() {
     for counts_per_rev in [2797.0, 3651.0, 8000.0, 20_000.0] {
         for friction in [0.6, 0.8, 1.0] {
             for payload_kg in [0.0, 1.0, 2.0] {
-                let (mut scenario, config) = with_counts(counts_per_rev);
-                scenario.plant.body.payload_kg = payload_kg;
-                scenario.plant.bridge.opens_without_duty = true;
-                let motors = &mut scenario.plant.motor;
-                for motor in [&mut motors.left, &mut motors.right] {
-                    motor.coulomb_torque_nm *= friction;
-                }
+                let (scenario, config) = coasting(counts_per_rev, payload_kg, friction);
                 on_robot(&scenario, async |robot| {
                     robot.session.write_config(&config).await.expect("valid");
                     robot.testbed.inject(PlantFault::EncoderUnplugged(Wheel::Right));

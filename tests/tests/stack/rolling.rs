@@ -6,8 +6,8 @@ use sim_target::{Scenario, now_us};
 
 use crate::long_counts::with_counts;
 
-/// A robot with little friction and a load, whose driver opens the motors' terminals whenever there is no duty.
-fn coasting(counts_per_rev: f64, payload_kg: f64, friction: f64) -> (Scenario, Config) {
+/// A robot with other friction and a load, whose driver opens the motors' terminals whenever there is no duty.
+pub fn coasting(counts_per_rev: f64, payload_kg: f64, friction: f64) -> (Scenario, Config) {
     let (mut scenario, config) = with_counts(counts_per_rev);
     scenario.plant.bridge.opens_without_duty = true;
     scenario.plant.body.payload_kg = payload_kg;

@@ -164,6 +164,12 @@ impl FaultInstant {
             || self.situation == Situation::Before && armed_ms < -VIEW_MS
     }
 
+    /// Whether what began before, and lasts so long \[ms\], is still there when the host arms the robot.
+    pub fn lasts_when_armed(&self, ms: f64) -> bool {
+        let at_ms = self.at_us as f64 / 1000.0;
+        (at_ms..=at_ms + ms).contains(&(self.armed_us as f64 / 1000.0))
+    }
+
     /// Whether the program has hardly begun to run.
     pub fn is_at_power_on(&self) -> bool {
         self.at_us < POWER_ON_US

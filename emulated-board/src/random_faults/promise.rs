@@ -7,7 +7,6 @@ use super::bound::{MotorsOff, Name};
 use super::draw::{Case, Phase};
 use super::fault_instant::{FaultInstant, Situation};
 use super::fault_kind::{CORE_STANDS_MS_MAX, FaultKind};
-use super::script::IDLE_US;
 
 /// What is promised.
 #[derive(Clone, Debug)]
@@ -42,7 +41,9 @@ const INPUT_MS: f64 = 5.0;
 const HARDWARE_MS: f64 = 0.1;
 /// 20 ticks below the limit, a conversion, a tick, and the wires' voltage \[ms\].
 const SUPPLY_LOW_MS: f64 = 25.0;
-/// The same for 4 ticks above it \[ms\].
+/// A conversion, a tick, and the wires' voltage: so old is the supply that arming looks at \[ms\].
+const SUPPLY_READ_MS: f64 = 5.0;
+/// As for a low supply, for 4 ticks above its limit \[ms\].
 const SUPPLY_HIGH_MS: f64 = 10.0;
 /// The host's last word, at most 30 ms before, and the silence of 200 ms that is permitted; then the ramp, and 250 ms
 /// in which the wheels may settle \[ms\].
@@ -198,12 +199,6 @@ fn lead_cut(wheel: Wheel, case: &Case, instant: &FaultInstant) -> (MotorsOff, Ve
     }
 }
 
-/// A dip of so many milliseconds lasts when the robot is armed, which is refused then.
-fn is_low_while_arming(case: &Case, ms: u16) -> bool {
-    let ends_us = case.delay_us + u64::from(ms) * 1000;
-    case.phase == Phase::Arming || case.phase == Phase::Idle && ends_us >= IDLE_US
-}
-
 /// A wheel that its motor no longer turns.
 fn stalls(wheel: Wheel, slow: bool, instant: &FaultInstant) -> Vec<Name> {
     let mut names = stands(wheel, &[Fault::Stall(wheel)], instant);
@@ -229,7 +224,10 @@ fn silence(case: &Case) -> MotorsOff {
 /// A supply that fails. A dip is shorter than the 20 ticks that a starting motor may take; but arming looks at once.
 fn of_supply(kind: FaultKind, case: &Case, instant: &FaultInstant) -> (MotorsOff, Vec<Name>) {
     match kind {
-        FaultKind::SupplyDip(_, ms) if is_low_while_arming(case, ms) => {
+        FaultKind::SupplyDip(_, ms)
+            if case.phase == Phase::Arming
+                || instant.lasts_when_armed(f64::from(ms) + SUPPLY_READ_MS) =>
+        {
             (MotorsOff::NotNeeded, vec![Name::Harmless, Name::Fault(Fault::SupplyLow)])
         }
         FaultKind::SupplyDip(..) => (MotorsOff::NotNeeded, vec![Name::Harmless]),

@@ -21,8 +21,6 @@ const TELEMETRY_MS: u16 = 5;
 const LOOK_US: u64 = 5_000;
 /// It renews a motion this often \[us\], as `beeline` does.
 const RENEW_US: u64 = 30_000;
-/// The robot is left idle for so long \[us\].
-pub(super) const IDLE_US: u64 = 60_000;
 /// A motion begins this long before its first tick \[us\]: ten ticks ahead.
 const AHEAD_US: u64 = 10_000;
 /// Both wheels' encoder checks, at most, after wheels that roll have come to rest \[us\].
@@ -53,7 +51,7 @@ impl Script<'_> {
         self.session.open().await?;
         self.timeline.opened_us = Some(now_us());
         self.mark(Phase::Idle);
-        self.session.listen(Duration::from_micros(IDLE_US)).await?;
+        self.session.listen(Duration::from_millis(60)).await?;
         if let Some(config) = &self.case.config {
             self.session.write_config(config).await?;
         }

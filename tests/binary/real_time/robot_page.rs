@@ -105,16 +105,16 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
     };
     drive(1);
     // Whoever comes in between neither stops it nor drives itself.
-    let held = |arguments: &str| {
+    let held = |number: u64, arguments: &str| {
         std::thread::scope(|scope| {
             let command = scope.spawn(|| run(arguments));
             while !command.is_finished() {
-                page.hold(1, &far);
+                page.hold(number, &far);
             }
             command.join().unwrap()
         })
     };
-    let identified = held("identify --json").ok().json();
+    let identified = held(1, "identify --json").ok().json();
     assert_eq!(identified["status"]["state"], "driving");
     assert_eq!(second.state(), "driving");
     // Nor does another page: its motion would be a turn.
@@ -124,14 +124,15 @@ fn a_serial_port_that_a_page_owns_is_found_by_other_commands_and_each_may_watch_
     page.hold(1, &far);
     assert_eq!(page.news()["condition"]["page"], 1);
     page.hold(1, &far);
-    let refused = held("drive straight 10cm").refused();
+    let refused = held(1, "drive straight 10cm").refused();
     assert!(refused.contains("already driving"), "{refused}");
     // A drive whose host is silent is a fault, as with any other host.
     wait_for("the end of what nobody holds", || (page.state() == "faulted").then_some(()));
     page.post("/api/clear", &json!({}));
     wait_for("the end of the fault", || (page.state() == "idle").then_some(()));
     drive(2);
-    run("stop").ok();
+    // Whoever still holds does not drive it again.
+    held(2, "stop").ok();
     wait_for("the stop of another command", || {
         let state = page.state();
         (state == "idle" || state == "armed").then_some(())

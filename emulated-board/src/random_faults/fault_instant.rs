@@ -157,13 +157,6 @@ impl FaultInstant {
         self.at_us < self.opened_us && self.armed_us != u64::MAX
     }
 
-    /// Whether the motors were off and the core could stand as long as it liked.
-    pub fn motors_are_off(&self) -> bool {
-        let armed_ms = (self.at_us as f64 - self.armed_us as f64) / 1000.0;
-        self.situation == Situation::Over
-            || self.situation == Situation::Before && armed_ms < -VIEW_MS
-    }
-
     /// Whether what began before, and lasts so long \[ms\], is still there when the host arms the robot.
     pub fn lasts_when_armed(&self, ms: f64) -> bool {
         let at_ms = self.at_us as f64 / 1000.0;
@@ -202,6 +195,11 @@ impl FaultInstant {
             _ if self.commanded_us == u64::MAX => (MotorsOff::NotNeeded, vec![Name::Harmless]),
             _ => (bound(within_ms, Some(self.blind_mm())), names),
         }
+    }
+
+    /// Whether the setpoint is about to rest, and advances no more by as much as tells what a wheel does.
+    pub fn comes_to_rest(&self) -> bool {
+        self.situation == Situation::Moving && self.shown_ms.is_none()
     }
 
     /// What a wheel may turn without a count that can be trusted \[mm\].

@@ -192,6 +192,9 @@ fn cancel(one: FaultKind, other: FaultKind) -> bool {
     match (one, other) {
         (FaultKind::MotorReversed(a), FaultKind::EncoderSwapped(b))
         | (FaultKind::EncoderSwapped(a), FaultKind::MotorReversed(b)) => a == b,
+        // A robot in mirror image.
+        (FaultKind::EncodersExchanged, FaultKind::MotorsExchanged)
+        | (FaultKind::MotorsExchanged, FaultKind::EncodersExchanged) => true,
         _ => false,
     }
 }
@@ -210,7 +213,12 @@ fn both(one: FaultKind, other: FaultKind) -> Vec<Name> {
             vec![Name::Fault(Fault::CountRate(wheel.other()))]
         }
         // Whatever is commanded of the one wheel drives the other one's motor.
-        (FaultKind::MotorsExchanged, FaultKind::MotorCut(wheel)) => {
+        (
+            FaultKind::MotorsExchanged,
+            FaultKind::MotorCut(wheel)
+            | FaultKind::WheelBlocked(wheel)
+            | FaultKind::WheelJammed(wheel),
+        ) => {
             vec![Name::Fault(Fault::NoResponse(wheel.other()))]
         }
         // The hardware stops the motors; the task that would say so does not run.

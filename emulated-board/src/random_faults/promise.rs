@@ -77,7 +77,12 @@ impl Promise {
         match kind {
             K::Nothing | K::Garbage(_) | K::LinkToHostCut => harmless,
             K::EncoderUnplugged(w) | K::EncoderLine(w, _) => {
-                instant.of_wheel(PROTECTION_MS, blind, stands(w, &[Fault::EncoderDead(w)], instant))
+                let mut names = stands(w, &[Fault::EncoderDead(w)], instant);
+                if instant.comes_to_rest() {
+                    // The loop then pushes it towards its place, and no count tells that it turns.
+                    names.push(Name::Fault(Fault::Stall(w)));
+                }
+                instant.of_wheel(PROTECTION_MS, blind, names)
             }
             K::EncoderSwapped(w) | K::MotorReversed(w) => {
                 instant.of_wheel(PROTECTION_MS, blind, reversed(w, case))
@@ -111,11 +116,12 @@ impl Promise {
             K::TaskStops(_) => (MotorsOff::Within(TASK_STOPS_MS), restart(ResetCause::Watchdog)),
             K::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => {
                 // The task that makes the core stand runs within 5 ms, and a tick has to end.
-                let bound = match instant.motors_are_off() {
+                let names = instant.if_motors_are_on(Fault::DeadlineMissed);
+                let bound = match names.contains(&Name::Harmless) {
                     true => MotorsOff::NotNeeded,
                     false => MotorsOff::Within(f64::from(ms) + 5.0 + 2.0),
                 };
-                (bound, instant.if_motors_are_on(Fault::DeadlineMissed))
+                (bound, names)
             }
             K::CoreStands(_) => {
                 (MotorsOff::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog))

@@ -5,7 +5,7 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use fixed::types::I2F30;
-use shared_proto::{Fault, MotionEnd};
+use shared_proto::{Fault, MotionEnd, WheelPair};
 
 use crate::capture::Measured;
 use crate::shared::{Action, ControlEvent, ControlOrder, Shared, Tick};
@@ -13,6 +13,12 @@ use crate::voltage::{OpenLoop, OpenLoopStep};
 
 /// After a plan's last tick the loop stays closed this long, unless the wheels arrive earlier.
 const SETTLE_TICKS_MAX: u32 = 250;
+
+/// A wheel further than this from its target may still roll \[m\]: the loop stays closed longer, until it has stood for so
+/// long that protection would say what is wrong with it.
+const FAR: I2F30 = I2F30::lit("0.002");
+const STOOD_TICKS: u32 = 140;
+const FAR_TICKS_MAX: u32 = 1000;
 
 /// A wheel this close to its target has arrived: one count of a coarse encoder \[m\].
 const ARRIVED: I2F30 = I2F30::lit("0.000251");
@@ -41,9 +47,26 @@ enum ActiveOrder {
     Off,
     Rest,
     Probe { id: u32 },
-    Follow { id: u32, hold_ticks: u32, close_ticks: u32, settle_ticks: u32 },
+    Follow { id: u32, hold_ticks: u32, close_ticks: u32, settle_ticks: u32, stood: Stood },
     Hold { ticks_left: u32 },
     Voltage { id: u32, open_loop: OpenLoop },
+}
+
+/// How long both counts have stood.
+struct Stood {
+    /// Of both, so mixed that it changes with each.
+    counts: u32,
+    ticks: u32,
+}
+
+impl Stood {
+    #[inline(always)]
+    fn step(&mut self, counts: WheelPair<i64>) -> u32 {
+        let counts = (counts.left as u32).wrapping_mul(3).wrapping_add(counts.right as u32);
+        self.ticks = if counts == self.counts { self.ticks + 1 } else { 0 };
+        self.counts = counts;
+        self.ticks
+    }
 }
 
 impl ActiveOrder {
@@ -86,7 +109,13 @@ impl ActiveOrder {
                 if late {
                     shared.raise_in_tick(Fault::DeadlineMissed, measured.t_us);
                 } else {
-                    *self = ActiveOrder::Follow { id, hold_ticks, close_ticks: 0, settle_ticks: 0 };
+                    *self = ActiveOrder::Follow {
+                        id,
+                        hold_ticks,
+                        close_ticks: 0,
+                        settle_ticks: 0,
+                        stood: Stood { counts: 0, ticks: 0 },
+                    };
                 }
             }
         }
@@ -99,7 +128,7 @@ impl ActiveOrder {
             ActiveOrder::Off => Action::Off,
             ActiveOrder::Rest => Action::Rest,
             ActiveOrder::Probe { id } => Action::Probe { id: *id },
-            ActiveOrder::Follow { id, hold_ticks, close_ticks, settle_ticks } => {
+            ActiveOrder::Follow { id, hold_ticks, close_ticks, settle_ticks, stood } => {
                 let ended = shared.profile.with(|profile| {
                     // At the tick before: in the tick that ends a plan both wheels change phase already.
                     let ended = profile.has_ended();
@@ -111,7 +140,11 @@ impl ActiveOrder {
                     // As the controller saw it at the tick before.
                     let close = loops.as_ref().all(|wheel| wheel.is_within(ARRIVED));
                     *close_ticks = if close { *close_ticks + 1 } else { 0 };
-                    let over = *settle_ticks >= SETTLE_TICKS_MAX;
+                    let ticks = stood.step(measured.counts);
+                    let over = *settle_ticks >= SETTLE_TICKS_MAX
+                        && (ticks >= STOOD_TICKS
+                            || loops.as_ref().all(|wheel| wheel.is_within(FAR))
+                            || *settle_ticks >= FAR_TICKS_MAX);
                     if *close_ticks >= ARRIVED_TICKS || over {
                         let _ = shared.control_events.try_send(ControlEvent::Settled(*id));
                         *self = ActiveOrder::Hold { ticks_left: *hold_ticks };

@@ -1,7 +1,9 @@
 //! The whole stack in virtual time: the host's session, the protocol, the firmware's tasks, the plant.
 
+mod braking;
 mod calibration;
 mod config;
+mod crawl;
 mod dead_reckoning;
 mod determinism;
 mod fault_cases;

@@ -171,7 +171,7 @@ impl WheelMonitor {
             WheelFault::EncoderReversed
         } else if self.is_stuck_at_rest(limits, view, supply_scale) {
             WheelFault::Stall
-        } else if self.is_stalled(limits, positions, too_far) || self.creeps(limits, view) {
+        } else if self.is_stalled(limits, view, supply_scale) || self.creeps(limits, view) {
             self.diagnose(limits)
         } else if too_far {
             WheelFault::FollowingError
@@ -279,16 +279,17 @@ impl WheelMonitor {
     /// The count stands still while the setpoint advances, or while the motor pushes as much as takes a wheel four counts far.
     ///
     /// A setpoint that only catches up with the wheel tells nothing: after the encoder check the wheel is
-    /// ahead of its motion.
-    ///
-    /// `too_far`: the error is above its limit already, so there is no time to wait.
-    fn is_stalled(&self, limits: &WheelThresholds, positions: Positions, too_far: bool) -> bool {
+    /// ahead of its motion, and the loop has held it back, so that its motor may not push it on yet.
+    fn is_stalled(&self, limits: &WheelThresholds, view: &WheelSample<'_>, scale: i32) -> bool {
+        let positions = view.positions();
         let since = positions.since(self.last.positions).setpoint;
-        let advance = since.saturating_abs();
-        let error = positions.error();
+        let (advance, error) = (since.saturating_abs(), positions.error());
         let ahead = if since < 0 { error.wrapping_neg() } else { error };
+        // So far from its setpoint there is no time to wait.
+        let too_far = error.unsigned_abs() > limits.error_max as u32;
         (advance.min(ahead) >= limits.standing_advance
-            && self.standing_ticks() >= limits.stall_ticks)
+            && self.standing_ticks() >= limits.stall_ticks
+            && view.excess(limits.resting_duty, 0, scale) >= 0)
             || self.push > limits.push_max
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }

@@ -77,12 +77,7 @@ impl Promise {
         match kind {
             K::Nothing | K::Garbage(_) | K::LinkToHostCut => harmless,
             K::EncoderUnplugged(w) | K::EncoderLine(w, _) => {
-                let mut names = stands(w, &[Fault::EncoderDead(w)], instant);
-                if instant.comes_to_rest() {
-                    // The loop then pushes it towards its place, and no count tells that it turns.
-                    names.push(Name::Fault(Fault::Stall(w)));
-                }
-                instant.of_wheel(PROTECTION_MS, blind, names)
+                instant.of_wheel(PROTECTION_MS, blind, dead(w, instant))
             }
             K::EncoderSwapped(w) | K::MotorReversed(w) => {
                 instant.of_wheel(PROTECTION_MS, blind, reversed(w, case))
@@ -171,6 +166,16 @@ fn reversed(wheel: Wheel, case: &Case) -> Vec<Name> {
         faults.push(Fault::FollowingError(wheel));
     }
     faults.into_iter().map(Name::Fault).collect()
+}
+
+/// A count that stands whatever the wheel does. At rest the loop then pushes the wheel towards its place, and nothing tells that
+/// it turns.
+fn dead(wheel: Wheel, instant: &FaultInstant) -> Vec<Name> {
+    let mut names = stands(wheel, &[Fault::EncoderDead(wheel)], instant);
+    if instant.comes_to_rest() {
+        names.push(Name::Fault(Fault::Stall(wheel)));
+    }
+    names
 }
 
 /// What a wheel or count that stands is called: whatever it is, no response if the counts before it do not tell.

@@ -1,6 +1,6 @@
 //! Encoders that die while a motion starts or crawls.
 
-use shared_proto::{Fault, Wheel};
+use shared_proto::{Config, Fault, Wheel};
 
 use super::long_counts::with_counts;
 use super::wheel_bench::{MOTOR, Mishap, Motor, assert_rolled_less, run_and_measure, run_motor};
@@ -65,6 +65,45 @@ fn a_sound_robot_with_other_motors_crawls() {
                             );
                         }
                     }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_loop_that_may_hardly_push_is_told_of_a_wheel_that_stands_as_soon() {
+    // A motor's push told a wheel that stands from one that is about to start; here no loop pushes so much.
+    let change = |change: &dyn Fn(&mut Config)| {
+        let mut config = Config::default();
+        change(&mut config);
+        config
+    };
+    let configs = [
+        ("duty_max", change(&|config| config.limits.duty_max = 0.09)),
+        ("gains", change(&|config| (config.pid.kp_per_m, config.pid.ki_per_m_s) = (2.0, 2.0))),
+        ("no gains", change(&|config| (config.pid.kp_per_m, config.pid.ki_per_m_s) = (0.0, 0.0))),
+        ("ks", change(&|config| config.feedforward.left.ks_backward_v = 4.0)),
+    ];
+    for (name, mut config) in configs {
+        config.protection.following_error_m_max = 0.1;
+        for counts in [100.0, 360.0, 900.0, 20_000.0] {
+            let one = with_counts(counts).encoder;
+            config.encoder = one;
+            let count_m = std::f64::consts::TAU * 0.036 / counts;
+            for cruise in [0.005, 0.02] {
+                let drive = metres(0.3, 0.3, cruise, 0.1);
+                for mishap in [Mishap::EncoderUnplugged, Mishap::Blocked(1000.0)] {
+                    let found = run_and_measure(MOTOR, &config, &[drive], mishap, 1200, 0);
+                    let (fault, after_ms, rolled_m) = found.expect(name);
+                    // Half as far again as four counts or 2 mm, a count before, and what the wheel lagged.
+                    let most_m = 1.5 * (4.0 * count_m).max(0.002) + 2.0 * count_m + 0.002;
+                    let case = format!("{name}, {counts} counts, {cruise} m/s, {mishap:?}");
+                    println!("{case}: {fault} after {after_ms} ms, {:.1} mm", rolled_m * 1e3);
+                    assert!(
+                        f64::from(after_ms) < most_m / cruise * 1e3 + 100.0,
+                        "{case}: {after_ms} ms"
+                    );
                 }
             }
         }

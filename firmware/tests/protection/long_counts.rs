@@ -126,3 +126,31 @@ fn a_line_that_sticks_while_the_wheel_is_driven_back_to_its_setpoint_is_no_rever
     }
     assert_eq!(faults, 4000);
 }
+
+#[test]
+fn a_line_that_sticks_as_a_motion_starts_does_not_let_its_wheel_run() {
+    for counts in [48.0, 64.0, 80.0, 100.0, 134.0, 200.0] {
+        let count_mm = std::f64::consts::TAU * 36.0 / counts;
+        let mut most_mm = 0.0_f64;
+        for (way, cruise, acceleration) in [(1.0, 0.33, 0.51), (-1.0, 0.33, 0.51), (1.0, 0.2, 0.98)]
+        {
+            let drive = metres(way, way, cruise, acceleration);
+            for mishap_ms in (0..60).step_by(5) {
+                for high in [false, true] {
+                    let (config, mishap) = (with_counts(counts), Mishap::LineStuck(high));
+                    let found = run_and_measure(MOTOR, &config, &[drive], mishap, mishap_ms, 250);
+                    let (fault, _, rolled_m) = found.unwrap();
+                    assert_eq!(
+                        fault,
+                        Fault::EncoderDead(Wheel::Left),
+                        "{counts} {mishap_ms} {high}"
+                    );
+                    most_mm = most_mm.max(rolled_m * 1e3);
+                }
+            }
+        }
+        println!("{counts} counts a turn: {most_mm:.1} mm");
+        // 46.6 mm with 64 counts: a count to and fro between the same two kept the motor's push from being summed.
+        assert!(most_mm < 14.0 + 9.0 * count_mm, "{counts}: {most_mm} mm");
+    }
+}

@@ -266,7 +266,7 @@ impl WheelMonitor {
     #[inline(always)]
     fn add_push(&mut self, limits: &WheelThresholds, view: &WheelSample<'_>, supply_scale: i32) {
         let stands = self.standing_ticks() >= 2 * limits.stall_ticks;
-        if self.run.is_none() || stands {
+        if self.run.is_none() || stands || self.goings_back != 0 {
             let excess = view.excess(limits.push_duty, self.bias, supply_scale) >> PUSH_SHIFT;
             self.push += excess.clamp(0, limits.push_max / LOOKS);
         }
@@ -279,17 +279,20 @@ impl WheelMonitor {
     /// The count stands still while the setpoint advances, or while the motor pushes as much as takes a wheel four counts far.
     ///
     /// A setpoint that only catches up with the wheel tells nothing: after the encoder check the wheel is
-    /// ahead of its motion, and the loop has held it back, so that its motor may not push it on yet.
+    /// ahead of its motion, and the loop has held it back, so that its motor may not push it on yet: half as far again it
+    /// is given time.
     fn is_stalled(&self, limits: &WheelThresholds, view: &WheelSample<'_>, scale: i32) -> bool {
         let positions = view.positions();
         let since = positions.since(self.last.positions).setpoint;
         let (advance, error) = (since.saturating_abs(), positions.error());
         let ahead = if since < 0 { error.wrapping_neg() } else { error };
+        let missing = advance.min(ahead) - limits.standing_advance;
         // So far from its setpoint there is no time to wait.
         let too_far = error.unsigned_abs() > limits.error_max as u32;
-        (advance.min(ahead) >= limits.standing_advance
+        (missing >= 0
             && self.standing_ticks() >= limits.stall_ticks
-            && view.excess(limits.resting_duty, 0, scale) >= 0)
+            && (view.excess(limits.resting_duty, 0, scale) >= 0
+                || missing >= limits.standing_advance >> 1))
             || self.push > limits.push_max
             || (too_far && advance >= limits.error_max - (limits.error_max >> 2))
     }

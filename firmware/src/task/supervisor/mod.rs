@@ -57,9 +57,6 @@ const SUPERVISOR_DELAY_MAX: Duration = Duration::from_millis(20);
 /// Zero duty at the latest after this silence, if the supervisor does not act: two ticks before 250 ms.
 const SILENCE_MAX: Duration = Duration::from_millis(248);
 
-/// Two counts of 1.25 mm at 10 mm/s.
-const SPEEDS_KNOWN: Duration = Duration::from_millis(250);
-
 /// Runs the robot, for ever.
 pub async fn run<M: RawMutex>(shared: &Shared<M>, store: impl Store, board: BoardInfo) -> ! {
     let mut supervisor = Supervisor::new(shared, store, board);
@@ -131,8 +128,6 @@ struct Supervisor<'a, M: RawMutex, S> {
     open_loop: bool,
     /// The plan that the profile task follows.
     plan: Option<Plan>,
-    /// Since the configuration changed counts have had time to change twice: a speed of zero means a wheel that stands.
-    speeds_known: Instant,
     /// Whose encoder the check under way is checking.
     probing: WheelPair<bool>,
     /// The id of the last order.
@@ -171,7 +166,6 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
             start_at: None,
             open_loop: false,
             plan: None,
-            speeds_known: Instant::MIN,
             probing: WheelPair::both(false),
             order_id: 0,
             after_stop: State::Armed,
@@ -359,11 +353,21 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         truncate(self.config.limits.hold_s * 1e6, 0) as u32 / CONTROL_PERIOD_US
     }
 
+    /// What is wrong with the supply as it was at the last tick.
+    fn supply_fault(&self) -> Option<Fault> {
+        let (limits, supply_mv) =
+            (SupplyLimits::new(&self.config), self.shared.snapshot.get().supply_mv);
+        match limits.admits(supply_mv) {
+            true => None,
+            false if u32::from(supply_mv) < limits.min => Some(Fault::SupplyLow),
+            false => Some(Fault::SupplyHigh),
+        }
+    }
+
     /// Hands the configuration to the control tasks and waits for their first measurement with it. So the
     /// supply is known before arming, and no motion is planned from travel in the old scale.
     async fn configure(&mut self) {
         self.probed = WheelPair::both(false);
-        self.speeds_known = Instant::now() + SPEEDS_KNOWN;
         self.shared.follow_wheels.put(OdometryOrder::Pause);
         self.publish_settings();
         // The present tick may still use the old configuration.

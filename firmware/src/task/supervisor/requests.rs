@@ -12,7 +12,7 @@ use shared_proto::{
 use super::Supervisor;
 use crate::hal::Store;
 use crate::liveness::SafetyTask;
-use crate::shared::{Outgoing, SupplyLimits};
+use crate::shared::Outgoing;
 use crate::units::CONTROL_PERIOD_US;
 
 /// A save waits this long after the one before: a flash sector stands 10,000 erasures, and a host that has gone mad
@@ -206,17 +206,6 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
                 self.clear_fault();
                 Ok(Answer::Done)
             }
-        }
-    }
-
-    /// What is wrong with the supply as it was at the last tick.
-    fn supply_fault(&self) -> Option<Fault> {
-        let (limits, supply_mv) =
-            (SupplyLimits::new(&self.config), self.shared.snapshot.get().supply_mv);
-        match limits.admits(supply_mv) {
-            true => None,
-            false if u32::from(supply_mv) < limits.min => Some(Fault::SupplyLow),
-            false => Some(Fault::SupplyHigh),
         }
     }
 

@@ -36,8 +36,7 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
         let id = self.next_order();
         let Measured { counts, speed, .. } = self.shared.snapshot.get().measured;
         let directions = wanted.directions(&self.config);
-        let rolling = Instant::now() < self.speeds_known
-            || speed.any(|speed| speed.0.saturating_abs() > ROLLING);
+        let rolling = speed.any(|speed| speed.0.saturating_abs() > ROLLING);
         let probe = Probe::new(&self.config, counts, directions, rolling);
         self.probing = directions.map(|direction| direction != Direction::Still);
         self.waiting = Some((wanted, from));

@@ -80,9 +80,8 @@ const SILENCE_MS: f64 = 200.0;
 const VIEW_MS: f64 = 25.0;
 /// A host that dies may still send what it has begun to write \[ms\].
 const SENDS_MS: f64 = 1.0;
-/// What the firmware takes for arrived after all, if no fault is to be raised: so near \[m\], or so many counts.
-const ARRIVED_M: f64 = 0.002;
-const ARRIVED_COUNTS: f64 = 4.0;
+/// What the firmware takes for arrived after all, if no fault is to be raised \[um\].
+const ARRIVED_UM: u32 = 2000;
 /// The duty, 0.1 above ks, from which the firmware takes a wheel that stands off its target for stalled \[1/32767\].
 const PUSHES: u16 = 4600;
 /// The firmware's tasks look at their inputs from then on \[us\].
@@ -147,8 +146,7 @@ impl FaultInstant {
     /// the integral of before still holds against it.
     pub fn arrived(&self, wheel: Wheel) -> bool {
         let error_um = *self.error_um.get(wheel);
-        let arrived_m = ARRIVED_M.max(ARRIVED_COUNTS * self.count_m);
-        let near = f64::from(error_um).abs() < arrived_m * 1e6;
+        let near = error_um.unsigned_abs() < ARRIVED_UM;
         let ahead = f64::from(error_um) * self.speed_mps.get(wheel) < 0.0;
         let pushed = self.duty.get(wheel).unsigned_abs() >= PUSHES;
         self.situation == Situation::Moving && (near || (ahead && !pushed))
@@ -157,6 +155,12 @@ impl FaultInstant {
     /// Whether the robot had answered no hello yet, and the host armed it later: what restarts it now, the host never knows of.
     pub fn is_before_the_host(&self) -> bool {
         self.at_us < self.opened_us && self.armed_us != u64::MAX
+    }
+
+    /// Whether the motors were off, so that the core could stand as long as it liked.
+    pub fn motors_are_off(&self) -> bool {
+        self.situation == Situation::Over
+            || self.situation == Situation::Before && self.at_us < self.armed_us
     }
 
     /// Whether what began before, and lasts so long \[ms\], is still there when the host arms the robot.

@@ -111,12 +111,11 @@ impl Promise {
             K::TaskStops(_) => (MotorsOff::Within(TASK_STOPS_MS), restart(ResetCause::Watchdog)),
             K::CoreStands(ms) if ms <= CORE_STANDS_MS_MAX => {
                 // The task that makes the core stand runs within 5 ms, and a tick has to end.
-                let names = instant.if_motors_are_on(Fault::DeadlineMissed);
-                let bound = match names.contains(&Name::Harmless) {
+                let bound = match instant.motors_are_off() {
                     true => MotorsOff::NotNeeded,
                     false => MotorsOff::Within(f64::from(ms) + 5.0 + 2.0),
                 };
-                (bound, names)
+                (bound, instant.if_motors_are_on(Fault::DeadlineMissed))
             }
             K::CoreStands(_) => {
                 (MotorsOff::Within(CORE_RESTARTS_MS), restart(ResetCause::Watchdog))

@@ -13,6 +13,11 @@ use shared_proto::{Config, Wheel, WheelFeedforward};
 const DT_S: f64 = 1e-3;
 /// The default configuration's.
 const NOMINAL_V: f64 = 12.0;
+/// By how much the setpoint's speed lags \[ticks\], and the same in seconds, in the controller's steps of 2^-20 s.
+const LAG_TICKS: f64 = 16.0;
+const LAG_S: f64 = 16_777.0 / 1_048_576.0;
+/// A step of a speed \[m/s\].
+const SPEED_STEP: f64 = 1.0 / 16_777_216.0;
 
 /// Gains and limits anywhere in their ranges, each decade as likely as the next, and zero.
 fn configs() -> impl Strategy<Value = Config> {
@@ -70,6 +75,8 @@ fn rest_band_m(config: &Config) -> f64 {
 struct Reference {
     integral: f64,
     duty: f64,
+    /// v_r, in whole steps of a speed.
+    lagging: f64,
 }
 
 impl Reference {
@@ -78,13 +85,15 @@ impl Reference {
         let e = (setpoint.travel.0 - travel.0).to_num::<f64>();
         let (v, a) = (setpoint.speed.to_si(), setpoint.acceleration.to_si());
         let sign = if v == 0.0 { 0.0 } else { v.signum() };
+        let v_r = self.lagging * SPEED_STEP;
+        self.lagging += ((v / SPEED_STEP - self.lagging) / LAG_TICKS).floor();
         let feedforward = &feedforward.left;
         let ks_v = if v < 0.0 { feedforward.ks_backward_v } else { feedforward.ks_forward_v };
         let wanted = (ks_v * sign + feedforward.kv_v_s_per_m * v + feedforward.ka_v_s2_per_m * a)
             / NOMINAL_V
             + pid.kp_per_m * e
             + self.integral
-            + pid.kd_s_per_m * (v - speed.to_si());
+            + pid.kd_s_per_m * (v_r - speed.to_si() + LAG_S * a);
         let change = limits.duty_slew_per_s * DT_S;
         let low = (self.duty - change).max(-limits.duty_max);
         let high = (self.duty + change).min(limits.duty_max);
@@ -128,9 +137,9 @@ proptest! {
         let mut reference = Reference::default();
         let duty = pid::step(&gains, &mut state, &setpoint, travel, speed, UNSCALED);
         reference.step(&unlimited, &setpoint, travel, speed);
-        // Half a step of kp times 1 m, of kv and kd times 21 m/s together, of ka times 100 m/s^2;
-        // a step of the error times kp.
-        let resolution = 0.5f64.powi(15) + 21.0 * 0.5f64.powi(21) + 100.0 * 0.5f64.powi(21)
+        // Half a step of kp times 1 m, of kv and kd times 41 m/s together, of ka times 100 m/s^2, and a step of its part
+        // from kd; a step of the error times kp.
+        let resolution = 0.5f64.powi(15) + 41.0 * 0.5f64.powi(21) + 300.0 * 0.5f64.powi(21)
             + unlimited.pid.kp_per_m * 0.5f64.powi(30) + 1e-8;
         prop_assert!((duty.to_si() - reference.duty).abs() <= resolution, "{} {}", duty.to_si(), reference.duty);
     }
@@ -154,7 +163,7 @@ proptest! {
             // As above, for 1 mm, 0.65 m/s, 1 m/s^2; the integral over 100 ticks; and where a limit
             // is just met, one tick's increment of ki = 10^4 goes in or not.
             let edge = config.pid.ki_per_m_s * 1e-3 * DT_S;
-            let resolution = 2e-6 + (config.pid.kp_per_m + 0.1 * config.pid.ki_per_m_s) * 0.5f64.powi(30);
+            let resolution = 3e-6 + (config.pid.kp_per_m + 0.1 * config.pid.ki_per_m_s) * 0.5f64.powi(30);
             let off = (duty.to_si() - reference.duty).abs();
             prop_assert!(off <= resolution + edge * 1.01, "{} {}", duty.to_si(), reference.duty);
             if off > resolution { return Ok(()) }
@@ -241,4 +250,49 @@ fn each_term_shows_in_telemetry_by_itself() {
         assert!((f64::from(term) / 32767.0 - expected).abs() < 2e-5, "{term} for {expected}");
     }
     assert_eq!(terms.feedforward, 0);
+}
+
+/// The mean of the last 40 ms, as the encoder measures speed.
+struct Window([f64; 41]);
+
+impl Window {
+    fn measure(&mut self, speed: f64) -> f64 {
+        self.0.rotate_left(1);
+        self.0[40] = speed;
+        // From edge to edge: half of the first and of the last.
+        (self.0.iter().sum::<f64>() - 0.5 * (self.0[0] + self.0[40])) / 40.0
+    }
+}
+
+#[test]
+fn an_acceleration_that_begins_or_ends_leaves_no_sum_of_the_derivative_term() {
+    let mut config = Config::default();
+    config.limits.duty_slew_per_s = 1000.0;
+    // A wheel that is where it should be: no kA is needed, as nothing else than the derivative is looked at.
+    config.feedforward.left = WheelFeedforward {
+        ks_forward_v: 0.0,
+        ks_backward_v: 0.0,
+        kv_v_s_per_m: 0.0,
+        ka_v_s2_per_m: 0.0,
+    };
+    (config.pid.kp_per_m, config.pid.ki_per_m_s) = (0.0, 0.0);
+    let (gains, mut state) = (Gains::new(&config, Wheel::Left), PidState::default());
+    let mut window = Window([0.0; 41]);
+    let (mut v, mut sums) = (0.0, [0.0; 2]);
+    for tick in 0..1000 {
+        // Up for half a second, then even.
+        let a = if tick < 500 { 0.5 } else { 0.0 };
+        v += a * DT_S;
+        let (speed, acceleration) = (Speed::from_si(v), Acceleration::from_si(a));
+        let setpoint = Setpoint { speed, acceleration, ..Setpoint::default() };
+        let measured = Speed::from_si(window.measure(v));
+        let duty = pid::step(&gains, &mut state, &setpoint, Travel::default(), measured, UNSCALED);
+        // kF is meant to be kd W / 2 smaller: what is left is what the lags do not cancel.
+        let left = duty.to_si() - config.pid.kd_s_per_m * 0.02 * a;
+        sums[usize::from(tick >= 500)] += left * DT_S;
+    }
+    // Without the lag: kd a times 40 ms squared, a sixth, 1.3e-4 s of duty, either way.
+    for sum in sums {
+        assert!(sum.abs() < 2e-5, "{sums:?}");
+    }
 }

@@ -211,9 +211,12 @@ fn what_the_encoder_check_leaves_does_not_wind_up_the_integral_of_a_robot_with_l
 }
 
 #[test]
-fn the_feedforward_is_refined_until_a_fine_encoder_shows_little_more_than_noise() {
-    for seed in [1_100_016, 1_100_049, 1_200_073] {
-        let floors = floors_of(seed);
-        assert!(floors < 2.0, "{seed}: {floors}");
-    }
+fn fine_encoders_show_little_more_than_noise_on_average() {
+    // Which of them is above 2 floors is chance: a caster that swings round after the robot turned back pushes the wheels apart, soon
+    // or late in a drive. So the mean is told. It was 2.0 when the supply was followed in steps of a 64th and the setpoint's
+    // speed did not lag as the measured one does.
+    let robots = [1_100_016, 1_100_049, 1_100_161, 1_100_192, 1_200_073, 1_200_117, 1_200_119]
+        .map(floors_of);
+    let mean = robots.iter().sum::<f64>() / robots.len() as f64;
+    assert!(mean < 1.85, "{mean} {robots:?}");
 }

@@ -66,11 +66,15 @@ impl Capture {
         Self { settings, estimators }
     }
 
-    /// Adopts new settings. Speeds are zero until the counts have changed twice.
+    /// Adopts new settings. Wheels that roll are still known to roll, unless their counts now go the other way.
     #[inline(never)]
     pub fn adopt(&mut self, settings: &CaptureSettings) {
         self.estimators.left.adopt(settings.scales.left);
         self.estimators.right.adopt(settings.scales.right);
+        if self.settings.reversed != settings.reversed {
+            self.estimators.left.forget();
+            self.estimators.right.forget();
+        }
         self.settings.clone_from(settings);
     }
 

@@ -138,9 +138,13 @@ impl SpeedEstimator {
         }
     }
 
-    /// Adopts a scale. The speed is zero until the count has changed twice.
+    /// Adopts a scale, from the next count on. What the wheel did before stays known.
     pub const fn adopt(&mut self, scale: SpeedScale) {
         self.scale = scale;
+    }
+
+    /// The count may have jumped: the speed is zero until it has changed twice more.
+    pub const fn forget(&mut self) {
         self.len = 0;
         self.magnitude = 0;
     }

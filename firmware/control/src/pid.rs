@@ -9,9 +9,13 @@
 //! u_p  = kp e                                                                   (2)
 //! u_i  = sum of ki e dt, within +-duty_max, not driven further into a limit;
 //!        while |v| < 3.9 mm/s, only of e of a count and 0.25 mm, or more        (3)
-//! u_d  = kd (v - v_m)                                                           (4)
+//! u_d  = kd (v_r - v_m) + kd T a,   v_r' = (v - v_r) / T                        (4)
 //! u    = g (u_ff + u_p + u_i + u_d), within +-duty_max, changing by duty_slew dt at most    (5)
 //! ```
+//!
+//! The measured speed is the mean over a window of 40 ms ([`crate::encoder`]). Compared with v itself, it would look too slow
+//! for as long as that after each beginning of an acceleration, and swing the wheel; so v goes through a like lag, T = 16 ms:
+//! the sum of v_m - v_r over time is then zero. kd T a belongs to the feedforward: with it, kA is what it would be without the lag.
 //!
 //! A wheel that stands within a count of its place stays there. The sum of so small an error would grow until it turns the
 //! wheel, and for ever if the encoder is dead.
@@ -61,6 +65,11 @@ const KI_BITS: u32 = 27;
 const KV_BITS: u32 = TERM_BITS - SPEED_BITS;
 /// Fractional bits of ka.
 const KA_BITS: u32 = TERM_BITS - SPEED_BITS;
+/// T in ticks, in bits.
+const LAG_TICKS_BITS: u32 = 4;
+/// Fractional bits of T in seconds, and T.
+const LAG_BITS: u32 = 20;
+const LAG_S: i32 = (1 << (LAG_BITS + LAG_TICKS_BITS)) / CONTROL_HZ as i32;
 /// Fractional bits of a duty.
 const DUTY_BITS: u32 = 30;
 /// Fractional bits of a travel error.
@@ -73,10 +82,12 @@ const INTEGRAL_BITS: u32 = KI_BITS + ERROR_BITS;
 /// One wheel's gains and limits.
 #[derive(Clone, Copy, Debug)]
 pub struct Gains {
-    ks_forward: i32,
+    /// In the terms' steps, as the sum begins with it.
+    ks_forward: i64,
     /// Below zero.
-    ks_backward: i32,
+    ks_backward: i64,
     kv: i32,
+    /// With kd T.
     ka: i32,
     kp: i32,
     ki_dt: i32,
@@ -94,15 +105,18 @@ impl Gains {
         let dt_s = 1.0 / f64::from(CONTROL_HZ);
         let (pid, limits) = (&config.pid, &config.limits);
         let [ks_forward, ks_backward, kv, ka] = config.feedforward.shares(wheel);
+        let ks = |share: f64| i64::from(scaled(share, DUTY_BITS)) << (TERM_BITS - DUTY_BITS);
+        let kd = scaled(pid.kd_s_per_m, KV_BITS);
         let q_m = Odometry::new(config).meters_per_count().get(wheel).metres();
         Self {
-            ks_forward: scaled(ks_forward, DUTY_BITS),
-            ks_backward: -scaled(ks_backward, DUTY_BITS),
+            ks_forward: ks(ks_forward),
+            ks_backward: -ks(ks_backward),
             kv: scaled(min(kv, KV_MAX), KV_BITS),
-            ka: scaled(min(ka, KA_MAX), KA_BITS),
+            // Below 100 s^2/m + 16 s^2/m.
+            ka: scaled(min(ka, KA_MAX), KA_BITS) + (product(kd, LAG_S) >> LAG_BITS) as i32,
             kp: scaled(pid.kp_per_m, KP_BITS),
             ki_dt: scaled(pid.ki_per_m_s * dt_s, KI_BITS),
-            kd: scaled(pid.kd_s_per_m, KV_BITS),
+            kd,
             duty_max: scaled(limits.duty_max, DUTY_BITS),
             duty_slew_dt: scaled(limits.duty_slew_per_s * dt_s, DUTY_BITS),
             rest_band: scaled(max(q_m, REST_BAND_M), ERROR_BITS) as u32,
@@ -124,22 +138,25 @@ impl Gains {
 }
 
 /// A gain, not negative, to the nearest step; saturates.
-#[inline]
+#[inline(never)]
 fn scaled(value: f64, fractional_bits: u32) -> i32 {
     saturate_i32(nearest(value, fractional_bits))
 }
 
-/// The controller's state, each term kept separately for telemetry, in steps of 2^-44 where nothing else stands.
+/// The controller's state; the sums keep the terms for telemetry, in steps of 2^-44.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PidState {
     feedforward: i64,
-    proportional: i64,
+    /// And with u_p, and with u_d.
+    with_proportional: i64,
+    with_derivative: i64,
     /// In steps of 2^-57.
     integral: i64,
     /// The integral that the last tick used, in steps of 2^-57.
     integral_used: i64,
-    derivative: i64,
     duty: i32,
+    /// v_r, in steps of 2^-24 m/s.
+    reference: i32,
     /// e, in steps of 2^-30 m.
     error: i32,
 }
@@ -148,11 +165,12 @@ impl PidState {
     /// The state before the first tick.
     pub const ZERO: Self = Self {
         feedforward: 0,
-        proportional: 0,
+        with_proportional: 0,
+        with_derivative: 0,
         integral: 0,
         integral_used: 0,
-        derivative: 0,
         duty: 0,
+        reference: 0,
         error: 0,
     };
 
@@ -162,9 +180,9 @@ impl PidState {
         let term = |bits: i64| duty_bits_to_i16(bits >> (TERM_BITS - DUTY_BITS));
         PidTerms {
             feedforward: term(self.feedforward),
-            proportional: term(self.proportional),
+            proportional: term(self.with_proportional - self.feedforward),
             integral: duty_bits_to_i16(self.integral_used >> (INTEGRAL_BITS - DUTY_BITS)),
-            derivative: term(self.derivative),
+            derivative: term(self.with_derivative - self.with_proportional),
         }
     }
 
@@ -232,7 +250,9 @@ pub fn step(
 ) -> Duty {
     let error = setpoint.travel.error_from(travel).to_bits();
     let (v, v_measured) = (setpoint.speed.0.to_bits(), speed.0.to_bits());
-    let speed_error = v.saturating_sub(v_measured);
+    // (4)
+    let speed_error = state.reference.saturating_sub(v_measured);
+    state.reference += v.saturating_sub(state.reference) >> LAG_TICKS_BITS;
 
     // (1)
     let ks = match v {
@@ -240,23 +260,23 @@ pub fn step(
         1.. => gains.ks_forward,
         _ => gains.ks_backward,
     };
-    let feedforward = product(ks, 1 << (TERM_BITS - DUTY_BITS))
-        + product(gains.kv, v)
-        + product(gains.ka, setpoint.acceleration.0.to_bits());
+    let feedforward =
+        ks + product(gains.kv, v) + product(gains.ka, setpoint.acceleration.0.to_bits());
     // (3)
     let unseen = nearly_rests(v) && error.unsigned_abs() < gains.rest_band;
     let summed = if unseen { 0 } else { error };
     // (2)
-    let proportional = product(gains.kp, error);
+    let with_proportional = feedforward + product(gains.kp, error);
     // (4)
-    let derivative = product(gains.kd, speed_error);
+    let with_derivative = with_proportional + product(gains.kd, speed_error);
     let integral = state.integral;
     state.error = error;
-    (state.feedforward, state.proportional) = (feedforward, proportional);
-    (state.derivative, state.integral_used) = (derivative, integral);
+    state.feedforward = feedforward;
+    (state.with_proportional, state.with_derivative) = (with_proportional, with_derivative);
+    state.integral_used = integral;
 
     // (5)
-    let sum = feedforward + proportional + derivative + (integral >> (INTEGRAL_BITS - TERM_BITS));
+    let sum = with_derivative + (integral >> (INTEGRAL_BITS - TERM_BITS));
     let nominal = saturate_i32(sum >> (TERM_BITS - DUTY_BITS));
     let wanted = saturate_i32(product(nominal, supply_scale) >> SCALE_BITS);
     let lowest = state.duty.saturating_sub(gains.duty_slew_dt).max(-gains.duty_max);

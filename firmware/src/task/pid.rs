@@ -117,7 +117,7 @@ impl Control {
         self.gains = settings.gains;
         self.reversed = settings.reversed;
         self.supply_mv = settings.supply_mv;
-        self.supply_scale = SupplyScale::new(settings.supply_mv.nominal);
+        self.supply_scale.set_nominal(settings.supply_mv.nominal);
         self.protection.adopt(&settings.thresholds);
         self.driver = settings.driver;
         self.tracking = false;

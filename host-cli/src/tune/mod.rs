@@ -176,8 +176,7 @@ impl Tuner<'_> {
         let started_us = self.session.status().await?.t_us;
         let supply_v = supply_v(self.session, self.original).await?;
         progress(Progress::Doing("a profile with the present gains"));
-        let (before, drives) = self.drive_fast(self.original).await?;
-        let loaded_v = drives.shortfall.loaded_supply_v();
+        let before = self.drive_fast(self.original).await?;
         progress(Progress::Before(&before));
         let check = settings::for_experiments(self.original, experiments::CHECK_FIRST);
         self.session.write_config(&check).await?;
@@ -204,7 +203,7 @@ impl Tuner<'_> {
         for _ in 0..TRIES {
             let gains = settings::design(self.original, &fit, supply_v, stiffness)?;
             progress(Progress::Trying(&gains));
-            let tuned = settings::tuned(self.original, &fit, &gains, supply_v, loaded_v);
+            let tuned = settings::tuned(self.original, &fit, &gains, supply_v);
             let (tuned, after) =
                 self.try_settings(tuned, pushed, meters_per_count, progress).await?;
             match after {

@@ -15,6 +15,8 @@ use crate::undo::{Restorable, Undo};
 /// The firmware's control period, and the time over which it averages speeds \[s\].
 const PERIOD_S: f64 = 1e-3;
 const SPEED_WINDOW_S: f64 = 0.04;
+/// The firmware compares the measured speed with the setpoint's of so long ago, and adds kd times this to kA \[s\].
+const SETPOINT_LAG_S: f64 = 0.016;
 /// Duty that the encoder check may take in the experiments: motors with much friction need it.
 const PROBE_DUTY: f64 = 0.5;
 /// The encoder check lets a wheel roll by 6.8 mm, or 6 counts if they are longer \[m\].
@@ -30,8 +32,8 @@ const CHECK_M: f64 = 2e-4;
 /// \[m\], if that is more.
 const WOUND_UP_COUNTS: f64 = 0.5;
 const WOUND_UP_M: f64 = 2e-5;
-/// The nominal supply is a multiple of a twentieth of a volt.
-const SUPPLY_STEPS_PER_V: f64 = 20.0;
+/// The nominal supply is a multiple of a tenth of a volt, so that the same battery gives the same number.
+const SUPPLY_STEPS_PER_V: f64 = 10.0;
 /// A wheel may be so many counts off its setpoint before that is a fault.
 const COUNTS_OFF: f64 = 6.0;
 /// Of the supply, for the fastest motion: the rest is for the loop, and for a battery that runs down.
@@ -143,15 +145,7 @@ pub fn design(
 }
 
 /// The configuration with these constants and gains.
-///
-/// `loaded_v` is the supply in the middle of its range on a fast profile, where it is known.
-pub fn tuned(
-    config: &Config,
-    fit: &DrivetrainFit,
-    gains: &Gains,
-    supply_v: f64,
-    loaded_v: Option<f64>,
-) -> Config {
+pub fn tuned(config: &Config, fit: &DrivetrainFit, gains: &Gains, supply_v: f64) -> Config {
     let mut tuned = config.clone();
     let model = &fit.constants.value;
     // A push is this floor's: the friction that goes with the robot is the mean.
@@ -166,7 +160,7 @@ pub fn tuned(
     tuned.feedforward.left = wheel(&model.wheels.left);
     tuned.feedforward.right = wheel(&model.wheels.right);
     if tuned.protection.supply_v_min > 0.0 {
-        tuned.feedforward.supply_v = rounded_supply_v(loaded_v.unwrap_or(supply_v));
+        tuned.feedforward.supply_v = (supply_v * SUPPLY_STEPS_PER_V).round() / SUPPLY_STEPS_PER_V;
     }
     let nominal_v = tuned.feedforward.nominal_v();
     tuned.pid = PidConfig {
@@ -204,47 +198,18 @@ pub fn tuned(
     tuned
 }
 
-/// The robot holds the supply that it reckons with until it is off by a 64th. In the middle of what a drive takes it to, most
-/// drives change nothing. Rounded up, so that the same battery gives nearly the same number.
-fn rounded_supply_v(loaded_v: f64) -> f64 {
-    (loaded_v * SUPPLY_STEPS_PER_V).ceil() / SUPPLY_STEPS_PER_V
-}
-
-/// The same with what drives have shown to be missing in the feedforward, and with the nominal supply for which least is left
-/// that no feedforward explains: the robot changes the supply that it reckons with in steps. If the robot is pushed, friction is
-/// what both directions lack.
+/// The same with what drives have shown to be missing in the feedforward. If the robot is pushed, friction is what both directions
+/// lack.
 pub fn refined(tuned: &Config, shortfall: &Shortfall, pushed: bool) -> Config {
     let mut refined = tuned.clone();
-    let present_v = tuned.feedforward.nominal_v();
     let FeedforwardConfig { left, right, .. } = tuned.feedforward;
     let kv = WheelPair { left: left.kv_v_s_per_m, right: right.kv_v_s_per_m };
-    if tuned.protection.supply_v_min > 0.0
-        && let Some((lowest_v, highest_v)) = shortfall.nominal_supply_v()
-    {
-        let unexplained = |supply_v: f64| {
-            let missing = shortfall.missing_v(present_v, supply_v, kv);
-            [missing.left, missing.right]
-                .into_iter()
-                .flatten()
-                .map(|of| of.unexplained)
-                .sum::<f64>()
-        };
-        let steps =
-            [lowest_v, highest_v].map(|supply_v| (supply_v * SUPPLY_STEPS_PER_V).ceil() as u32);
-        let tried = (steps[0]..=steps[1]).map(|step| f64::from(step) / SUPPLY_STEPS_PER_V);
-        let best = tried.min_by(|a, b| unexplained(*a).total_cmp(&unexplained(*b)));
-        refined.feedforward.supply_v = best.unwrap_or(present_v);
-    }
-    let supply_v = refined.feedforward.nominal_v();
-    // Gains are shares of the supply: the same volts.
-    let PidConfig { kp_per_m, ki_per_m_s, kd_s_per_m } = &mut refined.pid;
-    for gain in [kp_per_m, ki_per_m_s, kd_s_per_m] {
-        *gain *= present_v / supply_v;
-    }
-    // The measured speed is half a window old: this much is meant to come from the loop.
-    let meant_v_s2_per_m = 0.5 * SPEED_WINDOW_S * tuned.pid.kd_s_per_m * present_v;
+    let missing = shortfall.missing_v(kv);
+    // The measured speed is half a window old, the setpoint's a little less: this much is meant to come from the loop.
+    let meant_v_s2_per_m = (0.5 * SPEED_WINDOW_S - SETPOINT_LAG_S)
+        * tuned.pid.kd_s_per_m
+        * tuned.feedforward.nominal_v();
     let FeedforwardConfig { left, right, .. } = &mut refined.feedforward;
-    let missing = shortfall.missing_v(present_v, supply_v, kv);
     for (wheel, missing) in [(left, missing.left), (right, missing.right)] {
         let Some(missing) = missing else { continue };
         let mean_v = 0.5 * (missing.ks_forward + missing.ks_backward);
@@ -274,7 +239,7 @@ mod tests {
 
     use super::{
         CheckFor, STALL_TIME_S_MAX, Shortfall, check_is_short, for_experiments,
-        integral_share_max_per_s, refined, rounded_supply_v,
+        integral_share_max_per_s, refined,
     };
 
     /// A robot with such counts and motors.
@@ -315,6 +280,5 @@ mod tests {
     fn a_drive_that_tells_nothing_changes_nothing() {
         let known = Config::default();
         assert_eq!(refined(&known, &Shortfall::default(), false), known);
-        assert_eq!(rounded_supply_v(11.837), 11.85);
     }
 }

@@ -15,14 +15,14 @@ const SLOW_BACK: Drive = Drive { is_fast: false, forwards: false };
 
 impl Tuner<'_> {
     /// The fast profile forwards and back.
-    pub(super) async fn drive_fast(&mut self, config: &Config) -> Result<(Outcome, Drives)> {
+    pub(super) async fn drive_fast(&mut self, config: &Config) -> Result<Outcome> {
         let mut drives = Drives::default();
         for drive in [FAST, FAST_BACK] {
             if let Some(fault) = self.drive(&mut drives, config, drive).await? {
-                return Ok((Outcome::Faulted(fault), drives));
+                return Ok(Outcome::Faulted(fault));
             }
         }
-        Ok((Outcome::Followed(drives.following()), drives))
+        Ok(Outcome::Followed(drives.following()))
     }
 
     /// Drives fast forwards with these settings. Where the robot does not follow as closely as its encoders can tell, it drives

@@ -30,8 +30,6 @@ pub struct AddedTerms {
     pub kv: f64,
     /// By acceleration.
     pub ka: f64,
-    /// What these do not explain: the sum of its squares over all instants.
-    pub unexplained: f64,
 }
 
 impl AddedTerms {
@@ -56,13 +54,7 @@ impl AddedTerms {
         let ridge = Matrix4::from_diagonal_element(1e-6);
         let found = (scale * normal * scale + ridge).cholesky()?.solve(&(scale * right));
         let found = scale * found;
-        let squares: f64 = instants
-            .iter()
-            .filter(|added| added.speed_mps != 0.0)
-            .map(|added| added.feedback * added.feedback)
-            .sum();
         found.iter().all(|value| value.is_finite()).then(|| Self {
-            unexplained: (squares - right.dot(&found)).max(0.0),
             ks_forward: found[0],
             ks_backward: found[1],
             kv: found[2],
@@ -98,13 +90,7 @@ mod tests {
     fn friction_speed_and_acceleration_are_told_apart() {
         let instants: Vec<Added> = profile(1.0).chain(profile(-1.0)).map(added).collect();
         let found = AddedTerms::of(&instants).unwrap();
-        let expected = AddedTerms {
-            ks_forward: 0.003,
-            ks_backward: 0.001,
-            kv: 0.005,
-            ka: 0.02,
-            unexplained: 0.0,
-        };
+        let expected = AddedTerms { ks_forward: 0.003, ks_backward: 0.001, kv: 0.005, ka: 0.02 };
         for (found, expected) in [
             (found.ks_forward, expected.ks_forward),
             (found.ks_backward, expected.ks_backward),

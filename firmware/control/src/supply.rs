@@ -68,7 +68,7 @@ impl SupplyScale {
     #[inline(never)]
     fn follow(&mut self, steps: i32) {
         if self.nominal != 0 {
-            self.factor = (self.factor + steps).min(2 * UNSCALED).max(UNSCALED / 2);
+            self.factor = (self.factor + steps).clamp(UNSCALED / 2, 2 * UNSCALED);
         }
     }
 }

@@ -67,6 +67,11 @@ fn about(robot: &UntunedRobot) -> String {
     )
 }
 
+/// Marks a number whose interval does not contain the truth.
+fn outside_interval(covers: bool) -> &'static str {
+    if covers { "" } else { "*" }
+}
+
 fn one(seed: u64) -> Line {
     let robot = draw(seed);
     let verdict = robot.tune();
@@ -109,13 +114,16 @@ fn one(seed: u64) -> Line {
             }
             Line {
                 text: format!(
-                    "{about}: rms {:.3} mm ({:.1} floors), overshoot {:.1} %, kS {:+.1} % kV {:+.1} % kA {:+.1} %, delay {:.1} ms, {:.0} s, {:.2} m{}{}",
+                    "{about}: rms {:.3} mm ({:.1} floors), overshoot {:.1} %, kS {:+.1} %{} kV {:+.1} %{} kA {:+.1} %{}, delay {:.1} ms, {:.0} s, {:.2} m{}{}",
                     tuned.after.rms_m * 1e3,
                     tuned.after.rms_m / floor_m,
                     tuned.after.overshoot * 100.0,
                     errors[0] * 100.0,
+                    outside_interval(covers[0]),
                     errors[1] * 100.0,
+                    outside_interval(covers[1]),
                     errors[2] * 100.0,
+                    outside_interval(covers[2]),
                     value.delay_s * 1e3,
                     tuned.took_s,
                     ahead_m - behind_m,

@@ -492,7 +492,7 @@ fn begins(telemetry: &[Telemetry]) -> Option<usize> {
 fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecording> {
     let from = begins(telemetry)?;
     let first = &telemetry[from];
-    VoltageRecording::new(telemetry[from..].iter().map(|frame| {
+    let recording = VoltageRecording::new(telemetry[from..].iter().map(|frame| {
         let travel = travel_m(config, first, frame);
         let applied = first
             .wheels
@@ -503,7 +503,9 @@ fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecordin
             travel_m: for_model(travel),
             applied_vs: for_model(applied),
         }
-    }))
+    }))?;
+    let counts_m = config.encoder.map(|encoder| config.meters_per_count(&encoder));
+    Some(recording.with_counts_of(for_model(counts_m)))
 }
 
 /// The motors' constants.

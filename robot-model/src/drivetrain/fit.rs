@@ -5,18 +5,15 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::constants_vector::{DELAY, LEN, from_vector, to_vector};
 use super::intervals::{Intervals, Share};
-use super::model::{Couple, Drivetrain, WheelMotor};
+use super::model::Drivetrain;
 use super::recording::VoltageRecording;
 use super::regression::regress;
+use super::residuals::{residuals, residuals_of_each, samples_per_count};
 use crate::kinematics::WheelPair;
-use crate::numeric::lanes::{LANES, Lanes};
 use crate::numeric::parallel;
 
-/// How many constants there are.
-const LEN: usize = 11;
-/// Which of them is the delay.
-const DELAY: usize = 9;
 /// Rounds of the search.
 const ROUNDS_MAX: usize = 60;
 /// The search ends when a round removes less than this share of the cost: of thousands of samples, a hundredth of sigma
@@ -26,8 +23,10 @@ const GAIN_MIN: f64 = 1e-6;
 const DELAY_S_MAX: f64 = 0.05;
 /// Delays that drivers and controllers have: about so long \[s\]. Coarse counts hardly tell a delay from inertia.
 const DELAY_S: (f64, f64) = (0.003, 0.003);
-/// As good as so many samples with the noise of the fit.
+/// As good as so many observations with the noise of the fit.
 const DELAY_WEIGHT: f64 = 30.0;
+/// Of a normal distribution, 95 % are within so many standard deviations.
+const NORMAL_95: f64 = 1.96;
 
 /// The constants, and how sure they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +57,8 @@ pub struct HalfWidths {
 pub struct DrivetrainFit {
     /// The constants.
     pub constants: Constants,
-    /// Measured less modelled travel, root mean square over all samples and both wheels \[m\].
+    /// Measured less modelled travel, root mean square over all samples and both wheels, without where within its first count
+    /// each wheel began \[m\].
     pub residual_m: f64,
     /// The regression that the search began from.
     pub regression: Drivetrain,
@@ -108,34 +108,6 @@ pub fn fit(recordings: &[VoltageRecording]) -> Result<DrivetrainFit, FitError> {
     Ok(DrivetrainFit { constants: Constants { value, half_widths_95 }, residual_m, regression })
 }
 
-fn to_vector(model: &Drivetrain) -> DVector<f64> {
-    let WheelPair { left, right } = model.wheels;
-    let of = |motor: WheelMotor| {
-        [motor.ks_forward_v, motor.ks_backward_v, motor.kv_v_s_per_m, motor.ka_v_s2_per_m]
-    };
-    let both = of(left).into_iter().chain(of(right));
-    DVector::from_iterator(
-        LEN,
-        both.chain([model.kc_v_s2_per_m, model.delay_s, model.kw_v_s2_per_m2]),
-    )
-}
-
-fn from_vector(at: &DVector<f64>) -> Drivetrain {
-    let Couple { wheels, kc, kw } = couple(|constant| at[constant]);
-    Drivetrain { wheels, kc_v_s2_per_m: kc, delay_s: at[DELAY], kw_v_s2_per_m2: kw }
-}
-
-/// The constants but the delay, each by its number.
-fn couple<T>(at: impl Fn(usize) -> T) -> Couple<T> {
-    let wheel = |first: usize| WheelMotor {
-        ks_forward_v: at(first),
-        ks_backward_v: at(first + 1),
-        kv_v_s_per_m: at(first + 2),
-        ka_v_s2_per_m: at(first + 3),
-    };
-    Couple { wheels: WheelPair::new(wheel(0), wheel(4)), kc: at(8), kw: at(10) }
-}
-
 /// Keeps the constants where a motor can have them.
 fn admissible(at: &mut DVector<f64>) {
     for wheel in [0, 4] {
@@ -158,12 +130,16 @@ struct Search<'a> {
     samples: usize,
     /// Square of a residual, on average, as the search found it halfway \[m^2\].
     noise: f64,
+    /// So many samples see the same count, on average, and are one observation; at least 1.
+    samples_per_count: f64,
 }
 
 impl<'a> Search<'a> {
     fn new(recordings: &'a [VoltageRecording], at: DVector<f64>) -> Self {
         let samples = recordings.iter().map(|recording| 2 * recording.samples().len()).sum();
-        Self { recordings, at, shares: Vec::new(), cost: f64::INFINITY, samples, noise: 0.0 }
+        let samples_per_count = samples_per_count(recordings);
+        let (shares, cost) = (Vec::new(), f64::INFINITY);
+        Self { recordings, at, shares, cost, samples, noise: 0.0, samples_per_count }
     }
 
     /// Without a prior for the delay first, which tells the noise; then with it.
@@ -212,7 +188,8 @@ impl<'a> Search<'a> {
     fn cost_at(&self, at: &DVector<f64>) -> f64 {
         let model = from_vector(at);
         let costs = parallel::map(self.recordings, |recording| {
-            residuals(&model, recording).map(|residual| residual * residual).sum::<f64>()
+            let residuals = residuals(&model, recording, self.noise);
+            residuals.iter().map(|residual| residual * residual).sum::<f64>()
         });
         let cost: f64 = costs.into_iter().sum::<f64>() + self.delay_cost(at);
         if cost.is_finite() { cost } else { f64::INFINITY }
@@ -220,8 +197,13 @@ impl<'a> Search<'a> {
 
     /// What speaks against a delay that no driver has \[m^2\].
     fn delay_cost(&self, at: &DVector<f64>) -> f64 {
-        let off = (at[DELAY] - DELAY_S.0) / DELAY_S.1;
-        DELAY_WEIGHT * self.noise * off * off
+        let off_s = at[DELAY] - DELAY_S.0;
+        self.delay_weight() * off_s * off_s
+    }
+
+    /// Of the square of what a delay differs by \[m^2/s^2\].
+    fn delay_weight(&self) -> f64 {
+        DELAY_WEIGHT * self.samples_per_count * self.noise / (DELAY_S.1 * DELAY_S.1)
     }
 
     fn linearise(&mut self) {
@@ -241,8 +223,8 @@ impl<'a> Search<'a> {
             })
             .collect();
         self.shares = parallel::map(self.recordings, |recording| {
-            let base: Vec<f64> = residuals(&model, recording).collect();
-            let shifted = residuals_of_each(&shifted, recording);
+            let base = residuals(&model, recording, self.noise);
+            let shifted = residuals_of_each(&shifted, recording, self.noise);
             // A residual falls as its travel rises.
             let columns: Vec<Vec<f64>> = (0..LEN)
                 .map(|i| {
@@ -275,18 +257,20 @@ impl<'a> Search<'a> {
             gram[(constant, constant)] += weight;
             gradient[constant] -= weight * self.at[constant];
         }
-        let weight = DELAY_WEIGHT * self.noise / (DELAY_S.1 * DELAY_S.1);
+        let weight = self.delay_weight();
         gram[(DELAY, DELAY)] += weight;
         gradient[DELAY] -= weight * (self.at[DELAY] - DELAY_S.0);
         (gram, gradient)
     }
 
+    /// By the jackknife; and by the prior of the delay, which is itself only so sure.
     fn half_widths_95(&self) -> Option<WheelPair<HalfWidths>> {
         let intervals = Intervals::new(&self.sums().0, &self.shares)?;
         let of = |terms: &[(usize, f64)]| {
             let mut weights = DVector::zeros(LEN);
             terms.iter().for_each(|(at, weight)| weights[*at] = *weight);
-            intervals.half_width_95(&weights)
+            let of_prior = self.delay_weight() * DELAY_S.1 * intervals.moved(&weights)[DELAY];
+            intervals.half_width_95(&weights).hypot(NORMAL_95 * of_prior)
         };
         let wheel = |first: usize| HalfWidths {
             ks_forward_v: of(&[(first, 1.0)]),
@@ -296,81 +280,5 @@ impl<'a> Search<'a> {
             ka_spin_v_s2_per_m: of(&[(first + 3, 1.0), (8, -1.0)]),
         };
         Some(WheelPair::new(wheel(0), wheel(4)))
-    }
-}
-
-/// Measured less modelled travel, both wheels, sample by sample \[m\].
-fn residuals<'a>(
-    model: &Drivetrain,
-    recording: &'a VoltageRecording,
-) -> impl Iterator<Item = f64> + use<'a> {
-    measured_less(recording, model.travel_m(recording))
-}
-
-/// The same of several models. Those with one delay move beside each other, one in each lane: a step waits for the step
-/// before, and alone a processor would mostly wait.
-fn residuals_of_each(models: &[DVector<f64>], recording: &VoltageRecording) -> Vec<Vec<f64>> {
-    let mut residuals = vec![Vec::new(); models.len()];
-    let mut left: Vec<usize> = (0..models.len()).collect();
-    while let Some(&first) = left.first() {
-        let delay_s = models[first][DELAY];
-        let mut together = left.clone();
-        // By their bits: what is no number equals itself as well, and is not waited for without end.
-        together.retain(|&index| models[index][DELAY].to_bits() == delay_s.to_bits());
-        together.truncate(LANES);
-        left.retain(|index| !together.contains(index));
-        if together.len() == 1 {
-            residuals[first] = self::residuals(&from_vector(&models[first]), recording).collect();
-            continue;
-        }
-        // Lanes that are left over move as the first one does.
-        let model = |lane: usize| &models[together.get(lane).copied().unwrap_or(first)];
-        let lanes = couple(|constant| Lanes(core::array::from_fn(|lane| model(lane)[constant])));
-        let travel_m = lanes.travel_m(delay_s, recording);
-        for (lane, &index) in together.iter().enumerate() {
-            let alone = travel_m.iter().map(|both| both.map(|lanes| lanes.0[lane]));
-            residuals[index] = measured_less(recording, alone).collect();
-        }
-    }
-    residuals
-}
-
-/// Measured less modelled travel, both wheels, sample by sample \[m\].
-fn measured_less<'a, T: IntoIterator<Item = WheelPair<f64>>>(
-    recording: &'a VoltageRecording,
-    modelled: T,
-) -> impl Iterator<Item = f64> + use<'a, T> {
-    let start = recording.samples()[0].travel_m;
-    recording.samples().iter().zip(modelled).flat_map(move |(sample, modelled)| {
-        let measured = sample.travel_m.since(start);
-        [measured.left - modelled.left, measured.right - modelled.right]
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::drivetrain::recording::Sample;
-
-    #[test]
-    fn models_that_move_beside_each_other_move_as_each_does_alone() {
-        let samples = (0..200).map(|index| {
-            let t_s = f64::from(index) * 0.01;
-            let swing_vs = 3.0 * (1.0 - (4.0 * t_s).cos()) / 4.0;
-            let applied_vs = WheelPair::new(swing_vs, 0.6 * swing_vs);
-            Sample { t_s, travel_m: applied_vs.map(|vs| 0.04 * vs), applied_vs }
-        });
-        let recording = VoltageRecording::new(samples).unwrap();
-        let models: Vec<DVector<f64>> = (0..2 * LANES + 3)
-            .map(|index| {
-                let usual = [0.3, 0.4, 24.0, 0.7, 0.35, 0.3, 23.0, 0.8, 0.1, 0.004, 2.0];
-                let mut at = DVector::from_row_slice(&usual) * (1.0 + 0.1 * index as f64);
-                at[DELAY] = if index % 5 == 3 { 0.001 } else { 0.004 };
-                at
-            })
-            .collect();
-        let alone = |at| residuals(&from_vector(at), &recording).collect::<Vec<f64>>();
-        let alone: Vec<_> = models.iter().map(alone).collect();
-        assert_eq!(residuals_of_each(&models, &recording), alone);
     }
 }

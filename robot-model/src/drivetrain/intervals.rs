@@ -54,6 +54,11 @@ impl Intervals {
         students_t_quantile(degrees, 0.975) * error
     }
 
+    /// How far the constants' sum with these weights goes with the gradient of each constant.
+    pub fn moved(&self, weights: &DVector<f64>) -> DVector<f64> {
+        &self.inverse * weights
+    }
+
     /// (2) and (3): the standard error, and its degrees of freedom.
     pub fn standard_error(&self, weights: &DVector<f64>) -> (f64, f64) {
         let count = self.shares.len() as f64;
@@ -61,7 +66,7 @@ impl Intervals {
         let mean = moved().sum::<f64>() / count;
         let variance =
             (count - 1.0) / count * moved().map(|d| (d - mean) * (d - mean)).sum::<f64>();
-        let towards = &self.inverse * weights;
+        let towards = self.moved(weights);
         let told = self.shares.iter().map(|(gram, _)| (gram * &towards).dot(&towards));
         let (sum, squares) = told.fold((0.0, 0.0), |(sum, squares), w| (sum + w, squares + w * w));
         let degrees = if squares > 0.0 { (sum * sum / squares - 1.0).max(1.0) } else { 1.0 };

@@ -34,6 +34,7 @@
 //! | `effect/` | which effects may motors have beyond (1)? |
 //! | `missing/` | which of them do these motors have? |
 
+mod constants_vector;
 pub mod effect;
 mod feedforward;
 mod fit;
@@ -44,6 +45,7 @@ mod missing;
 mod model;
 mod recording;
 mod regression;
+mod residuals;
 #[cfg(test)]
 mod tests;
 

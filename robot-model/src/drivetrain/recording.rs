@@ -17,6 +17,7 @@ pub struct Sample {
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoltageRecording {
     samples: Vec<Sample>,
+    count_m: WheelPair<f64>,
 }
 
 impl VoltageRecording {
@@ -32,7 +33,18 @@ impl VoltageRecording {
                 kept.push(sample);
             }
         }
-        (kept.len() >= 3).then_some(Self { samples: kept })
+        (kept.len() >= 3).then_some(Self { samples: kept, count_m: WheelPair::both(0.0) })
+    }
+
+    /// The same from encoders with these distances per count \[m\]. Where within a count the wheels stood at the beginning
+    /// is then unknown; as made by [`VoltageRecording::new`], travel begins at zero exactly.
+    pub fn with_counts_of(self, count_m: WheelPair<f64>) -> Self {
+        Self { count_m, ..self }
+    }
+
+    /// Distance per count \[m\]; zero for travel that is not counted.
+    pub(super) fn count_m(&self) -> WheelPair<f64> {
+        self.count_m
     }
 
     /// The samples.

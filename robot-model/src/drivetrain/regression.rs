@@ -7,26 +7,33 @@ use nalgebra::{Matrix4, Vector4};
 
 use super::model::{Drivetrain, WheelMotor};
 use super::recording::{Sample, VoltageRecording};
+use super::residuals::samples_per_count;
 use crate::kinematics::WheelPair;
 
-/// Half a window of the differences \[s\].
+/// Half a window of the differences, at least \[s\]; and in samples that see the same count, of a coarse encoder.
 const HALF_S: f64 = 0.03;
+const HALF_COUNTS: f64 = 1.0;
 
 /// The constants of (1) without coupling or delay; None if the recordings do not turn both wheels.
 pub fn regress(recordings: &[VoltageRecording]) -> Option<Drivetrain> {
-    let of = |side: fn(WheelPair<f64>) -> f64| wheel(recordings, side);
+    let half_s = HALF_S.max(HALF_COUNTS * s_per_count(recordings));
+    let of = |side: fn(WheelPair<f64>) -> f64| wheel(recordings, half_s, side);
     let wheels = WheelPair::new(of(|pair| pair.left)?, of(|pair| pair.right)?);
     Some(Drivetrain { wheels, ..Drivetrain::default() })
 }
 
-fn wheel(recordings: &[VoltageRecording], side: fn(WheelPair<f64>) -> f64) -> Option<WheelMotor> {
+fn wheel(
+    recordings: &[VoltageRecording],
+    half_s: f64,
+    side: fn(WheelPair<f64>) -> f64,
+) -> Option<WheelMotor> {
     let mut normal = Matrix4::zeros();
     let mut right = Vector4::zeros();
     let fastest = recordings
         .iter()
-        .flat_map(|recording| differences(recording, side))
+        .flat_map(|recording| differences(recording, half_s, side))
         .fold(0.0_f64, |fastest, row| fastest.max(row.speed_mps.abs()));
-    for row in recordings.iter().flat_map(|recording| differences(recording, side)) {
+    for row in recordings.iter().flat_map(|recording| differences(recording, half_s, side)) {
         // A wheel at rest tells nothing but that friction holds it.
         if row.speed_mps.abs() < 0.05 * fastest {
             continue;
@@ -52,6 +59,17 @@ fn wheel(recordings: &[VoltageRecording], side: fn(WheelPair<f64>) -> f64) -> Op
     })
 }
 
+/// How long a count lasts, on average; zero for travel that is not counted.
+fn s_per_count(recordings: &[VoltageRecording]) -> f64 {
+    let (mut s, mut intervals) = (0.0, 0.0);
+    for samples in recordings.iter().map(VoltageRecording::samples) {
+        s += samples[samples.len() - 1].t_s - samples[0].t_s;
+        intervals += samples.len() as f64 - 1.0;
+    }
+    let per_count = samples_per_count(recordings);
+    if per_count > 1.0 { per_count * s / intervals } else { 0.0 }
+}
+
 struct Row {
     volts: f64,
     speed_mps: f64,
@@ -59,12 +77,16 @@ struct Row {
 }
 
 /// Central differences over a window.
-fn differences(recording: &VoltageRecording, side: fn(WheelPair<f64>) -> f64) -> Vec<Row> {
+fn differences(
+    recording: &VoltageRecording,
+    half_s: f64,
+    side: fn(WheelPair<f64>) -> f64,
+) -> Vec<Row> {
     let samples = recording.samples();
     let mut rows = Vec::new();
     for (index, middle) in samples.iter().enumerate() {
-        let early = samples[..index].iter().rposition(|s| s.t_s <= middle.t_s - HALF_S);
-        let late = samples[index..].iter().position(|s| s.t_s >= middle.t_s + HALF_S);
+        let early = samples[..index].iter().rposition(|s| s.t_s <= middle.t_s - half_s);
+        let late = samples[index..].iter().position(|s| s.t_s >= middle.t_s + half_s);
         let (Some(early), Some(late)) = (early, late.map(|late| late + index)) else { continue };
         let slope = |a: &Sample, b: &Sample, of: fn(&Sample) -> WheelPair<f64>| {
             (side(of(b)) - side(of(a))) / (b.t_s - a.t_s)

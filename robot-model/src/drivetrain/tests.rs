@@ -108,6 +108,42 @@ fn the_fit_finds_the_constants_from_counts_and_the_regression_is_farther_off() {
     assert!((by_regression / 0.85 - 1.0).abs() > 0.05, "{by_regression}");
 }
 
+/// As encoders see a drivetrain whose wheels begin just past the edge of a count.
+fn past_an_edge(model: &Drivetrain, recording: &VoltageRecording, q_m: f64) -> VoltageRecording {
+    let travel = model.travel_m(recording);
+    let samples = recording.samples().iter().zip(travel).map(|(sample, travel_m)| Sample {
+        travel_m: travel_m.map(|travel_m| (travel_m.abs() / q_m).floor() * q_m * travel_m.signum()),
+        ..*sample
+    });
+    VoltageRecording::new(samples).unwrap()
+}
+
+#[test]
+fn half_a_count_that_is_missing_at_every_start_passes_for_neither_friction_nor_delay() {
+    let truth = drivetrain();
+    let q_m = 4e-3;
+    let uncounted: Vec<_> =
+        experiments().iter().map(|recording| past_an_edge(&truth, recording, q_m)).collect();
+    let counted: Vec<_> = uncounted
+        .iter()
+        .map(|recording| recording.clone().with_counts_of(WheelPair::both(q_m)))
+        .collect();
+    let off = |recordings: &[VoltageRecording]| {
+        let Constants { value, half_widths_95 } = fit(recordings).unwrap().constants;
+        let (found, truth_of) = (value.wheels.left, truth.wheels.left);
+        let ks = (found.ks_forward_v / truth_of.ks_forward_v - 1.0).abs();
+        let ka_v_s2_per_m = found.ka_v_s2_per_m + value.kc_v_s2_per_m;
+        let ka_off = ka_v_s2_per_m - truth_of.ka_v_s2_per_m - truth.kc_v_s2_per_m;
+        println!("{value:?} {half_widths_95:?}");
+        assert!(ka_off.abs() < half_widths_95.left.ka_straight_v_s2_per_m, "{ka_off}");
+        (ks, (value.delay_s - truth.delay_s).abs())
+    };
+    let (ks, delay_s) = off(&counted);
+    assert!(ks < 0.02 && delay_s < 0.001, "{ks} {delay_s}");
+    let (ks, delay_s) = off(&uncounted);
+    assert!(ks > 0.05 && delay_s > 0.001, "{ks} {delay_s}");
+}
+
 #[test]
 fn what_turns_no_wheel_or_too_seldom_is_refused() {
     let still = vec![applied(&[(0.1, 0.1, 1.0)]); 3];

@@ -72,6 +72,30 @@ fn the_standard_robots_constants_are_those_of_its_parts() {
     assert!(tuned.gains.ms_worst <= 1.6, "{:?}", tuned.gains);
 }
 
+/// Of a light robot, a middling one and a heavy one; and so that this test can fail, once with gains that swing.
+#[test]
+fn tuned_robots_are_stable_with_other_motors_and_supplies_and_robots_with_much_too_high_gains_are_not()
+ {
+    let numbers = [700_001, 700_004, 700_007];
+    let stable = in_order(&numbers, |number| {
+        let robot = draw(*number);
+        let outcome = robot.tune();
+        assert!(outcome.tuned.is_ok(), "{number}");
+        let mut swings = outcome.config.clone();
+        swings.pid.kp_per_m *= 30.0;
+        swings.pid.ki_per_m_s *= 30.0;
+        swings.pid.kd_s_per_m *= 30.0;
+        let of = |config| {
+            let drives = robot.drive_changed(config);
+            println!("{number}, {:.2} mm: {drives:?}", robot.meters_per_count() * 1e3);
+            drives.iter().filter(|drive| drive.is_stable(robot.meters_per_count())).count()
+        };
+        (of(&outcome.config), of(&swings))
+    });
+    assert!(stable.iter().all(|(tuned, _)| *tuned == 8), "{stable:?}");
+    assert!(stable.iter().all(|(_, swings)| *swings < 8), "{stable:?}");
+}
+
 /// Tunes the standard robot on a floor that falls away in front of it, or rises if the slope is negative.
 fn on_slope(slope_rad: f64) -> Result<Tuned, String> {
     let mut scenario = Scenario::default();

@@ -1,7 +1,7 @@
 //! Tunes a drawn robot as a user would, and judges what came of it by the robot's true motion.
 
 use host_cli::tune::{Settings, Tuned, tune};
-use shared_proto::State;
+use shared_proto::{Config, State};
 use sim_target::Options;
 
 use super::robots::UntunedRobot;
@@ -20,6 +20,8 @@ pub struct TuningOutcome {
     pub at_rest: bool,
     /// The configuration that a restart would read is the original one.
     pub unchanged: bool,
+    /// The configuration that the robot has now.
+    pub config: Config,
 }
 
 impl UntunedRobot {
@@ -53,6 +55,7 @@ impl UntunedRobot {
                 range_m,
                 at_rest: matches!(state, State::Idle | State::Faulted),
                 unchanged: config == self.config,
+                config,
             }
         })
     }

@@ -170,6 +170,11 @@ impl Case {
         std::f64::consts::TAU * radius_m / self.counts_per_rev
     }
 
+    /// Whether its gains are not the factory's.
+    pub fn has_other_gains(&self) -> bool {
+        self.config.as_ref().is_some_and(|config| config.pid != Config::default().pid)
+    }
+
     /// The command that runs this case alone.
     pub fn command(&self) -> String {
         format!("cargo xtask bench faults --seed {} --case {}", self.seed, self.index)

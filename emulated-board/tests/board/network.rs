@@ -1,12 +1,14 @@
 //! The emulated board as a program of its own, and `beeline` on it.
 
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 use host_cli::calibrate::{Decision, Settings, calibrate};
 use host_cli::port::{Port, SimOptions, with_robot};
 use host_cli::pose_source::Sigma;
 use host_cli::pose_source::track_file::TrackFile;
+use host_cli::tune::{self, DriveOutcome, Tuned, tune};
 use host_link::address::Address;
 use host_link::motion::Motion;
 use shared_proto::{ConfigOrigin, WheelPair};
@@ -23,29 +25,36 @@ impl Drop for Program {
     }
 }
 
+impl Program {
+    /// Listens on a free port of this machine, in this folder; says which.
+    fn listen(folder: &Path, scenario: &str, more: &[&str]) -> (Self, Port, impl Sized) {
+        std::fs::create_dir_all(folder).unwrap();
+        std::fs::write(folder.join("scenario.toml"), scenario).unwrap();
+        let mut child = Command::new(env!("CARGO_BIN_EXE_emulate"))
+            .args(["--listen", "127.0.0.1:0", "--scenario", "scenario.toml"])
+            .args(more)
+            .env("BEELINE_IMAGE", image())
+            .current_dir(folder)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        // Held open: the program goes on writing to it.
+        let mut output = BufReader::new(child.stdout.take().unwrap());
+        output.read_line(&mut line).unwrap();
+        let address =
+            line.trim().rsplit("tcp:").next().expect("it says where it listens").to_string();
+        (Self(child), Port::At(Address::Tcp(address)), output)
+    }
+}
+
 /// Wheels so unequal that one revolution shows it.
 const SCENARIO: &str = include_str!("../../../tests/uneven.toml");
 
 #[test]
 fn a_host_calibrates_the_emulated_board_over_tcp() {
     let folder = std::env::temp_dir().join(format!("beeline-emulated-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("uneven.toml"), SCENARIO).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_emulate"))
-        .args(["--listen", "127.0.0.1:0", "--scenario", "uneven.toml", "--camera", "track.csv"])
-        .env("BEELINE_IMAGE", image())
-        .current_dir(&folder)
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut line = String::new();
-    // Held open: the program goes on writing to it.
-    let mut output = BufReader::new(child.stdout.take().unwrap());
-    output.read_line(&mut line).unwrap();
-    let _program = Program(child);
-    let address = line.trim().rsplit("tcp:").next().expect("it says where it listens").to_string();
-
-    let port = Port::At(Address::Tcp(address));
+    let (_program, port, output) = Program::listen(&folder, SCENARIO, &["--camera", "track.csv"]);
     let settings = Settings {
         motion: Motion {
             distance: WheelPair::both(1.0),
@@ -72,4 +81,51 @@ fn a_host_calibrates_the_emulated_board_over_tcp() {
     // One revolution seen by a camera of 2 mrad: a sigma of 0.004 at most.
     let wheel_weight = config.geometry.wheel_weight;
     assert!((wheel_weight - 0.96).abs() < 0.016, "{wheel_weight}");
+}
+
+/// The paper's robot with motors that nobody told it of: weaker, and with more friction.
+const UNTUNED: &str = "\
+name = \"untuned\"
+[plant.motor.left]
+resistance_ohm = 9.0
+coulomb_torque_nm = 0.09
+[plant.motor.right]
+resistance_ohm = 9.0
+coulomb_torque_nm = 0.09
+";
+
+#[test]
+fn a_host_tunes_the_emulated_board_over_tcp() {
+    let folder = std::env::temp_dir().join(format!("beeline-untuned-{}", std::process::id()));
+    let (_program, port, output) = Program::listen(&folder, UNTUNED, &[]);
+    let settings =
+        tune::Settings { floor_m: 1.5, stiffness: 1.0, record: false, undo_folder: None };
+    let tuned = |port: &Port| {
+        with_robot(port, &SimOptions::default(), async |session, _| {
+            let tuned = tune(session, &settings, &mut |_| {}).await?;
+            Ok((tuned, session.read_config().await?))
+        })
+        .unwrap()
+    };
+    let (emulated, config) = tuned(&port);
+    let simulated = tuned(&Port::Sim(Some(folder.join("scenario.toml")))).0;
+    drop(output);
+    let _ = std::fs::remove_dir_all(&folder);
+
+    let of = |tuned: &Tuned| {
+        let value = &tuned.fit.constants.value;
+        let left = value.wheels.left;
+        [left.ks_forward_v, left.kv_v_s_per_m, value.ka_of_robot(&left).0]
+    };
+    let (found, expected) = (of(&emulated), of(&simulated));
+    let rms_m = [emulated.after.rms_m, simulated.after.rms_m];
+    println!("kS, kV, kA: emulated {found:?}, simulated {expected:?}; {rms_m:?} m");
+    for ((found, expected), share) in found.into_iter().zip(expected).zip([0.01, 0.005, 0.03]) {
+        assert!((found / expected - 1.0).abs() < share, "{found} {expected}");
+    }
+    // A count of 0.25 mm: twice what it hides.
+    assert!(rms_m[0] < 1.45e-4, "{rms_m:?}");
+    let DriveOutcome::Followed(before) = emulated.before else { panic!("{:?}", emulated.before) };
+    assert!(emulated.after.rms_m < 0.5 * before.rms_m, "{before:?} {:?}", emulated.after);
+    assert_eq!(config.feedforward, emulated.change.1.feedforward);
 }

@@ -96,13 +96,16 @@ pub struct Experiments<'a> {
     supply_v: f64,
     recordings: Vec<VoltageRecording>,
     driven: Vec<DrivenExperiment>,
+    /// What is driven now is more than `tune` needs.
+    has_identified: bool,
     /// What the encoder check reckons with now: an index into [`CHECKS`], and on into [`CHECKS_OF_SLOW`].
     check: usize,
 }
 
 impl<'a> Experiments<'a> {
     pub fn new(config: &'a Config, supply_v: f64) -> Self {
-        Self { config, supply_v, recordings: Vec::new(), driven: Vec::new(), check: 0 }
+        let (recordings, driven) = (Vec::new(), Vec::new());
+        Self { config, supply_v, recordings, driven, has_identified: false, check: 0 }
     }
 
     /// All experiments, in an order in which each is safe by what those before have told.
@@ -154,6 +157,7 @@ impl<'a> Experiments<'a> {
         floor: &mut Floor,
         doing: &mut dyn FnMut(&str),
     ) -> Result<()> {
+        self.has_identified = true;
         let model = drivetrain::regress(&self.recordings).ok_or_else(no_motion)?;
         let back_v = self.level(&model, LEVELS[0]).0;
         doing("break-away again");
@@ -421,7 +425,9 @@ impl<'a> Experiments<'a> {
                 Ok(end) => {
                     if let Some(recording) = recording(self.config, &telemetry) {
                         self.recordings.push(recording);
-                        self.driven.extend(DrivenExperiment::new(name, &telemetry));
+                        let identifies = !self.has_identified;
+                        let one = DrivenExperiment::new(name, identifies, &telemetry);
+                        self.driven.extend(one);
                     }
                     return Ok((end, telemetry));
                 }
@@ -472,13 +478,21 @@ fn is_of_check(fault: Fault) -> bool {
 pub struct DrivenExperiment {
     /// What it is, in a word.
     pub name: &'static str,
+    /// Whether `tune` identifies the motors from it; the others are driven for a campaign alone.
+    pub identifies: bool,
     /// Its frames.
     pub telemetry: Vec<Telemetry>,
 }
 
 impl DrivenExperiment {
-    fn new(name: &'static str, telemetry: &[Telemetry]) -> Option<Self> {
-        Some(Self { name, telemetry: telemetry[begins(telemetry)?..].to_vec() })
+    fn new(name: &'static str, identifies: bool, telemetry: &[Telemetry]) -> Option<Self> {
+        let telemetry = telemetry[begins(telemetry)?..].to_vec();
+        Some(Self { name, identifies, telemetry })
+    }
+
+    /// As the model takes it; None if it is too short.
+    pub fn recording(&self, config: &Config) -> Option<VoltageRecording> {
+        recording(config, &self.telemetry)
     }
 }
 

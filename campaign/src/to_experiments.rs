@@ -10,6 +10,11 @@ use crate::error::{CampaignError, Place};
 use crate::recorded::{Campaign, Run};
 use crate::row::Row;
 
+/// Longest time between two rows, in the middle of a run \[s\].
+const GAP_S_MAX: f64 = 0.2;
+/// Faster by its counts no wheel is \[m/s\].
+const SPEED_MPS_MAX: f64 = 50.0;
+
 /// One run as an experiment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorRun {
@@ -50,6 +55,7 @@ impl Campaign {
         let mut first_m: Option<WheelPair<f64>> = None;
         for run in &self.runs {
             let samples = samples(run, known.meters_per_count, robot.supply_v);
+            believable(&run.name, &samples, folder)?;
             let moves = samples.iter().any(|sample| {
                 let moved = sample.travel_m.since(samples[0].travel_m);
                 moved.left != 0.0 || moved.right != 0.0
@@ -78,6 +84,38 @@ impl Campaign {
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
         Ok(Experiments { robot: known, runs, left_out, has_times })
+    }
+}
+
+/// Motors answer within a fraction of a second, and no wheel is faster than a train: an error where rows say otherwise.
+fn believable(run: &str, samples: &[Sample], folder: &Path) -> Result<(), CampaignError> {
+    let error = |problem: String, hint: &str| {
+        let file = folder.join("runs").join(format!("{run}.csv"));
+        Err(CampaignError::new(Place::whole(&file), problem, hint))
+    };
+    let mut gaps_s: Vec<f64> = samples.windows(2).map(|pair| pair[1].t_s - pair[0].t_s).collect();
+    gaps_s.sort_by(f64::total_cmp);
+    if let Some(gap_s) = gaps_s.get(gaps_s.len() / 2).filter(|gap_s| **gap_s > GAP_S_MAX) {
+        return error(
+            format!(
+                "a row every {gap_s:.3} s: motors answer faster, so that their constants cannot be told"
+            ),
+            "record at least 10 rows a second; if t_s is in milliseconds, give it in seconds",
+        );
+    }
+    let fastest = samples.windows(2).filter(|pair| pair[1].t_s > pair[0].t_s).find(|pair| {
+        let moved = pair[1].travel_m.since(pair[0].travel_m);
+        moved.left.abs().max(moved.right.abs()) > SPEED_MPS_MAX * (pair[1].t_s - pair[0].t_s)
+    });
+    match fastest {
+        Some(pair) => error(
+            format!(
+                "after {:.3} s a wheel goes faster than {SPEED_MPS_MAX:.0} m/s by its counts",
+                pair[0].t_s
+            ),
+            "a counter that was set back, or a wrong digit; counts_per_rev or wheel_radius_m in robot.toml may be wrong as well",
+        ),
+        None => Ok(()),
     }
 }
 
@@ -170,5 +208,22 @@ mod tests {
         assert!((end - (0.5 + 3.0) * 6.0 * 0.01).abs() < 1e-12, "{end}");
         let error = with(None).unwrap_err().to_string();
         assert!(error.contains("no run has voltages"), "{error}");
+    }
+
+    #[test]
+    fn rows_in_milliseconds_and_counts_that_jump_are_errors_with_their_file() {
+        let with = |times: f64, last: f64| {
+            let rows = (0..6).map(|step| {
+                let counts = if step == 5 { last } else { step as f64 };
+                let row = row(step, counts);
+                Row { t_s: times * row.t_s, applied_v: Pair::both(Some(2.0)), ..row }
+            });
+            campaign(rows.collect()).experiments(Path::new("x"))
+        };
+        assert!(with(1.0, 5.0).is_ok());
+        let error = with(1000.0, 5.0).unwrap_err().to_string();
+        assert!(error.contains("01_steps.csv") && error.contains("a row every 10"), "{error}");
+        let error = with(1.0, 1_073_741_824.0).unwrap_err().to_string();
+        assert!(error.contains("faster than 50 m/s"), "{error}");
     }
 }

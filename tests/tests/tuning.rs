@@ -203,6 +203,41 @@ fn a_blocked_wheel_a_cut_encoder_and_a_dead_supply_are_named_and_nothing_is_chan
 }
 
 #[test]
+fn an_encoder_that_is_cut_in_the_verifying_drives_is_not_taken_for_bad_gains() {
+    let named = [
+        "the robot stopped with a fault: encoder_dead",
+        "the robot stopped with a fault: no_response",
+    ];
+    for at_s in [36.0, 40.0, 44.0] {
+        fails(at_s, |testbed, _| testbed.inject(PlantFault::EncoderUnplugged(Wheel::Left)), &named);
+    }
+}
+
+/// Motors that answer so late have no loop with a margin.
+#[test]
+fn a_delay_longer_than_is_looked_for_is_refused() {
+    let mut scenario = Scenario::default();
+    scenario.plant.bridge.delay_ms = 100;
+    let tuned = on_robot(&scenario, async |robot| {
+        robot.listen(0.01).await;
+        tune(&mut robot.session, &settings(), &mut |_| {}).await.map(|_| ())
+    });
+    let error = tuned.expect_err("no loop keeps its margin").to_string();
+    assert!(error.contains("answer 50 ms or more after"), "{error}");
+}
+
+#[test]
+fn a_floor_longer_than_a_motion_is_used_as_far_as_it_is_useful() {
+    let tuned = on_robot(&Scenario::default(), async |robot| {
+        robot.listen(0.01).await;
+        let settings = Settings { floor_m: 90.0, ..settings() };
+        tune(&mut robot.session, &settings, &mut |_| {}).await
+    });
+    let tuned = tuned.unwrap_or_else(|error| panic!("{error}"));
+    assert!(tuned.floor_used_m < 20.0, "{}", tuned.floor_used_m);
+}
+
+#[test]
 fn ctrl_c_ends_it_at_any_time() {
     for at_s in [1.0, 15.0, 35.0] {
         fails(at_s, |_, cancel| cancel.request(), &["Ctrl-C", "stopped"]);

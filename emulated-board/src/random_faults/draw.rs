@@ -1,15 +1,13 @@
 //! Cases by chance: the same seed and index give the same case.
 
-use std::f64::consts::PI;
-
 use host_link::motion::Motion;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use shared_proto::{Config, FeedforwardConfig, PidConfig, TravelUnit, Wheel, WheelPair};
+use shared_proto::{Config, TravelUnit, Wheel, WheelPair};
 use sim_target::Scenario;
-use sim_target::plant::MotorParameters;
 
 use super::fault_kind::{CORE_STANDS_MS_MAX, FaultKind, OTHER_TASKS, PROGRAM, SAFETY_TASKS};
+use super::other_gains::other_gains;
 use crate::lines::{Line, LineFault};
 
 /// When something happens: a delay after this.
@@ -103,10 +101,6 @@ const COUNTS_PER_S_MAX: f64 = 15e3;
 
 /// Of so many cases as above two have other gains and a slope; one of them crawls.
 const OTHER_GAINS: [u64; 2] = [1, CRAWLS / 2];
-/// Of the loop, compared with the factory's.
-const STIFFNESS: (f64, f64) = (0.35, 1.5);
-/// Steepest floor \[rad\]; docs/safety.md says what a steeper one does to the encoder check.
-const SLOPE_RAD_MAX: f64 = 0.02;
 
 /// The supply's limits of the factory configuration \[V\], and the lower one of a robot with a weak battery.
 const SUPPLY_V_MAX: f64 = 18.5;
@@ -131,7 +125,8 @@ impl Case {
             configured.left.counts_per_rev = counts_per_rev;
             configured.right.counts_per_rev = counts_per_rev;
         }
-        if let Some(others) = other_gains(seed, index, &mut scenario, &motion) {
+        if OTHER_GAINS.contains(&(index % OTHER_ENCODERS)) {
+            let others = other_gains(seed, index, &mut scenario, &motion);
             let config = config.get_or_insert_default();
             (config.pid, config.feedforward) = (others.pid, others.feedforward);
             config.limits.duty_max = others.duty_max;
@@ -170,11 +165,6 @@ impl Case {
         std::f64::consts::TAU * radius_m / self.counts_per_rev
     }
 
-    /// Whether its gains are not the factory's.
-    pub fn has_other_gains(&self) -> bool {
-        self.config.as_ref().is_some_and(|config| config.pid != Config::default().pid)
-    }
-
     /// The command that runs this case alone.
     pub fn command(&self) -> String {
         format!("cargo xtask bench faults --seed {} --case {}", self.seed, self.index)
@@ -191,55 +181,6 @@ fn counts_per_rev(seed: u64, index: u64, cruise_mps: f64) -> f64 {
     let turn_m = std::f64::consts::TAU * Config::default().geometry.wheel_radius_m;
     let counts = rng.random_range(COUNTS_MIN.ln()..COUNTS_MAX.ln()).exp();
     counts.min(COUNTS_PER_S_MAX * turn_m / cruise_mps).round()
-}
-
-/// Gains as another user has them.
-struct OtherGains {
-    pid: PidConfig,
-    feedforward: FeedforwardConfig,
-    duty_max: f64,
-}
-
-/// Gains, feedforward and largest duty of somebody who tuned another robot, or a softer one; and a floor that slopes a little.
-/// By a stream of its own, as the encoders.
-fn other_gains(
-    seed: u64,
-    index: u64,
-    scenario: &mut Scenario,
-    motion: &Motion,
-) -> Option<OtherGains> {
-    if !OTHER_GAINS.contains(&(index % OTHER_ENCODERS)) {
-        return None;
-    }
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(u64::MAX / 2 - index);
-    let Config { mut pid, mut feedforward, .. } = Config::default();
-    let stiffness: f64 = rng.random_range(STIFFNESS.0.ln()..STIFFNESS.1.ln()).exp();
-    pid.kp_per_m *= stiffness;
-    pid.ki_per_m_s *= stiffness * rng.random_range(0.5..2.0);
-    pid.kd_s_per_m *= stiffness;
-    let mut needed_v: f64 = 0.0;
-    for (wheel, motor) in [
-        (&mut feedforward.left, &scenario.plant.motor.left),
-        (&mut feedforward.right, &scenario.plant.motor.right),
-    ] {
-        let usual = *wheel;
-        let friction = motor.coulomb_torque_nm / MotorParameters::default().coulomb_torque_nm;
-        needed_v = needed_v.max(
-            friction * usual.ks_forward_v
-                + usual.kv_v_s_per_m * motion.cruise
-                + 2.0 * usual.ka_v_s2_per_m * motion.acceleration,
-        );
-        wheel.ks_forward_v *= rng.random_range(0.3..2.0);
-        wheel.ks_backward_v *= rng.random_range(0.3..2.0);
-        wheel.kv_v_s_per_m *= rng.random_range(0.85..1.15);
-        wheel.ka_v_s2_per_m *= rng.random_range(0.5..1.5);
-    }
-    scenario.plant.floor.slope_rad = rng.random_range(0.0..SLOPE_RAD_MAX);
-    scenario.plant.floor.downhill_rad = rng.random_range(-PI..PI);
-    // A robot that can drive as it is told, with a little to spare.
-    let least = (1.3 * needed_v / scenario.plant.supply.open_circuit_v).min(0.99);
-    Some(OtherGains { pid, feedforward, duty_max: rng.random_range(least..1.0) })
 }
 
 /// The paper's robot with another battery, load, friction and driver.

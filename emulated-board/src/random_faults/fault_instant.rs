@@ -50,6 +50,8 @@ pub struct FaultInstant {
     turned_m: WheelPair<f64>,
     /// Travel in a count \[m\].
     count_m: f64,
+    /// What the check takes friction for, as a multiple of what it is.
+    ks_times: f64,
     /// Of the motion \[m/s^2\].
     acceleration_mps2: f64,
 }
@@ -66,6 +68,8 @@ const SLOW_COUNT_M: f64 = 0.25e-3;
 /// What a wheel may turn without a count that can be trusted (`firmware/control/src/protection`), or six counts in the check
 /// \[mm\].
 const BLIND_MM: f64 = 10.0;
+/// The check keeps it up to so many times the friction that the wheel has; docs/safety.md.
+const KS_TIMES: f64 = 2.5;
 /// In a drive, with counts longer than this, so far and nine counts (docs/safety.md, long counts) \[m, mm\].
 const LONG_COUNT_M: f64 = 0.6e-3;
 const LONG_COUNTS_MM: f64 = 14.0;
@@ -131,6 +135,7 @@ impl FaultInstant {
             duty: timeline.duty,
             turned_m: turned_m(timeline, happened),
             count_m: case.count_m(),
+            ks_times: case.ks_times(),
             acceleration_mps2: case.motion.acceleration,
         }
     }
@@ -214,6 +219,10 @@ impl FaultInstant {
         match self.situation {
             // The check did not name it: it had passed already.
             Situation::Before if !self.moves_later => BLIND_MM.max(FEW_COUNTS * count_mm),
+            // A check that takes friction for more than it is lets the wheel turn as much sooner.
+            Situation::Before if self.count_m <= LONG_COUNT_M => {
+                BLIND_MM * (self.ks_times / KS_TIMES).max(1.0)
+            }
             _ if self.count_m > LONG_COUNT_M => LONG_COUNTS_MM + LONG_COUNTS * count_mm,
             _ => BLIND_MM,
         }

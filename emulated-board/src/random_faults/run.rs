@@ -353,8 +353,12 @@ impl After<'_> {
         let radius_m = shared_proto::Config::default().geometry.wheel_radius_m;
         let driven_m = self.angles_rad().zip(start_rad).map(|(to, from)| (to - from) * radius_m);
         let m_max = AGAIN_M_MAX.max(2.0 * self.case.count_m());
-        // A loop as soft as the user wants it is done where docs/safety.md has a wheel that stands off its target begin.
-        let m_max = if self.case.has_other_gains() { m_max.max(SOFT_M_MAX) } else { m_max };
+        // A loop as soft as the user wants it ends where friction holds the wheel, or where docs/safety.md has a wheel that stands
+        // off its target begin.
+        let m_max = match self.case.has_other_gains() {
+            true => m_max.max(SOFT_M_MAX).max(self.case.held_off_m() + self.case.count_m()),
+            false => m_max,
+        };
         if driven_m.any(|m| (m - AGAIN.distance.left).abs() > m_max) {
             return Err(format!("drives wrong afterwards: {driven_m:?} m"));
         }

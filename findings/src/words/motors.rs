@@ -26,10 +26,14 @@ pub fn verdict(answer: &MotorAnswer) -> String {
         more => format!("{} effects are missing: {}. With them", more.len(), more.join("; ")),
     };
     let after = error(last.errors.cross_validated_m);
+    let falls = last.errors.cross_validated_m < answer.baseline.cross_validated_m;
+    let change = if after == baseline {
+        format!("stays at {baseline}")
+    } else {
+        format!("{} from {baseline} to {after}", if falls { "falls" } else { "rises" })
+    };
     let rest = if answer.unexplained.structure { " Something else is unexplained." } else { "" };
-    format!(
-        "{found} the cross-validated error falls from {baseline} to {after}; counts hide {hidden}.{rest}"
-    )
+    format!("{found} the cross-validated error {change}; counts hide {hidden}.{rest}")
 }
 
 /// What something depends on, for people.

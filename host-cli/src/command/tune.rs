@@ -4,7 +4,9 @@ use std::path::Path;
 
 use campaign::CampaignWriter;
 use host_link::Session;
-use robot_model::drivetrain::{Drivetrain, Gains, HalfWidths, LoadDisturbance, WheelMotor};
+use robot_model::drivetrain::{
+    Constants, Drivetrain, Gains, HalfWidths, LoadDisturbance, WheelMotor,
+};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, TuneArgs};
@@ -19,6 +21,9 @@ use crate::ui::{BOLD, DIM, GOOD, WARN, note, paint, say, warn};
 use crate::undo::state_folder;
 
 use super::undo::last_change;
+
+/// A constant whose interval is wider, as a share of it, is worth a word.
+const UNSURE: f64 = 0.5;
 
 pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     if args.undo {
@@ -139,6 +144,82 @@ fn print_push(push: LoadDisturbance) {
     say("The feedforward takes the mean. A level floor gives better constants.");
 }
 
+/// The constants that the experiments hardly tell.
+fn print_unsure(constants: &Constants) {
+    let Constants { value, half_widths_95 } = constants;
+    let wheels = [
+        ("left", &value.wheels.left, &half_widths_95.left),
+        ("right", &value.wheels.right, &half_widths_95.right),
+    ];
+    for (wheel, motor, off) in wheels {
+        let (straight, spin) = value.ka_of_robot(motor);
+        let constants = [
+            ("kV", motor.kv_v_s_per_m, off.kv_v_s_per_m),
+            ("kA straight on", straight, off.ka_straight_v_s2_per_m),
+            ("kA on the spot", spin, off.ka_spin_v_s2_per_m),
+        ];
+        for (name, value, half_width) in constants {
+            if half_width > UNSURE * value.abs() {
+                say(format_args!(
+                    "{} {name} of the {wheel} wheel is known to {:.0} % only: coarse counts, a caster or a cable that pulls, or wheels that slip",
+                    paint(WARN, "unsure:"),
+                    100.0 * half_width / value.abs()
+                ));
+            }
+        }
+    }
+}
+
+/// The limits that were lowered to what the motors reach.
+fn print_limits(tuned: &Tuned) {
+    let (before, after) = (&tuned.change.0.limits, &tuned.change.1.limits);
+    for (field, unit, before, after) in [
+        ("speed_mps_max", "m/s", before.speed_mps_max, after.speed_mps_max),
+        (
+            "acceleration_mps2_max",
+            "m/s^2",
+            before.acceleration_mps2_max,
+            after.acceleration_mps2_max,
+        ),
+        (
+            "stop_deceleration_mps2",
+            "m/s^2",
+            before.stop_deceleration_mps2,
+            after.stop_deceleration_mps2,
+        ),
+    ] {
+        if after < before {
+            say(format_args!(
+                "{} limits.{field} {before:.3} -> {after:.3} {unit}: with this supply the motors reach no more and keep some for the loop",
+                paint(WARN, "lowered:")
+            ));
+        }
+    }
+}
+
+/// How the wheels followed before, and how they do now.
+fn print_following(before: &DriveOutcome, after: &Following) {
+    say("");
+    say(format_args!(
+        "{}{:>10}{:>14}",
+        paint(DIM, format_args!("{:<24}", "following its profiles")),
+        "before",
+        "after"
+    ));
+    let row = |name: &str, digits: usize, of: fn(&Following) -> f64| {
+        let before = match before {
+            DriveOutcome::Followed(before) => format!("{:.digits$}", of(before)),
+            DriveOutcome::Faulted(_) => "fault".into(),
+        };
+        say(format_args!("{name:<24}{before:>10}{:>14.digits$}", of(after)));
+    };
+    row("rms, fast [mm]", 3, |following| following.fast_rms_m * 1e3);
+    row("worst [mm]", 3, |following| following.worst_m * 1e3);
+    row("settling [ms]", 0, |following| following.settling_s * 1e3);
+    row("overshoot [%]", 2, |following| following.overshoot * 100.0);
+    row("duty noise [%]", 2, |following| following.duty_noise * 100.0);
+}
+
 fn print(tuned: &Tuned, forgets: bool) {
     let Tuned { fit, gains, before, after, .. } = tuned;
     let constants = &fit.constants;
@@ -177,6 +258,7 @@ fn print(tuned: &Tuned, forgets: bool) {
     if let Some(push) = constants.load_disturbance() {
         print_push(push);
     }
+    print_unsure(constants);
     say(format_args!(
         "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",
         gains.ms,
@@ -184,19 +266,8 @@ fn print(tuned: &Tuned, forgets: bool) {
         gains.phase_margin_rad.to_degrees(),
         gains.crossover_rad_s
     ));
-    say("");
-    say(format_args!("{}{:>10}{:>14}", head("following its profiles", 24), "before", "after"));
-    let row = |name: &str, digits: usize, of: fn(&Following) -> f64| {
-        let before = match before {
-            DriveOutcome::Followed(before) => format!("{:.digits$}", of(before)),
-            DriveOutcome::Faulted(_) => "fault".into(),
-        };
-        say(format_args!("{name:<24}{before:>10}{:>14.digits$}", of(after)));
-    };
-    row("rms, fast [mm]", 3, |following| following.fast_rms_m * 1e3);
-    row("worst [mm]", 3, |following| following.worst_m * 1e3);
-    row("overshoot [%]", 2, |following| following.overshoot * 100.0);
-    row("duty noise [%]", 2, |following| following.duty_noise * 100.0);
+    print_following(before, after);
+    print_limits(tuned);
     let saved = if forgets { "written" } else { "saved" };
     say(format_args!(
         "{} feedforward and gains {saved}; {:.0} s, {:.2} m of floor",
@@ -230,6 +301,7 @@ fn as_json(tuned: &Tuned) -> Value {
             "fast_rms_m": of.fast_rms_m,
             "worst_m": of.worst_m,
             "overshoot": of.overshoot,
+            "settling_s": of.settling_s,
             "duty_noise": of.duty_noise,
         })
     };

@@ -76,7 +76,7 @@ const fn check_for(ks_v: f64, slower: f64) -> CheckFor {
 }
 
 /// A longer count may be too few of them for the encoder check, which gives slow motors about a second for two \[m\].
-const COARSE_M: f64 = 0.005;
+pub const COARSE_M: f64 = 0.005;
 /// Share of the supply that is used.
 const SUPPLY_SHARE: f64 = 0.9;
 
@@ -526,6 +526,10 @@ fn recording(config: &Config, telemetry: &[Telemetry]) -> Option<VoltageRecordin
 pub fn identify(recordings: &[VoltageRecording]) -> Result<DrivetrainFit> {
     drivetrain::fit(recordings).map_err(|error| match error {
         FitError::TooFew | FitError::NoMotion => no_motion(),
+        FitError::Delay => Error::said_no(
+            "these wheels answer 50 ms or more after their voltage: no loop on such motors keeps its margin",
+        )
+        .hint("a driver with a filter or a soft start, or a motor controller on a slow bus, lies between; set it to act at once"),
         FitError::NoConstants => {
             Error::new("these wheels did not respond to the voltages as motors do")
                 .hint("is somebody holding the robot? Is a wheel off the ground, or slipping?")

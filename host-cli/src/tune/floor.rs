@@ -14,12 +14,16 @@ pub struct Floor {
     range_m: (f64, f64),
 }
 
+/// Longest floor that is used \[m\]: no experiment lasts long enough for more, and the robot refuses a bound of travel above 20 m.
+const USEFUL_M: f64 = 20.0;
+
 /// Share of the way to an edge that a motion may use: the rest is for rolling out.
 const USABLE: f64 = 0.75;
 
 impl Floor {
-    /// This much is ahead.
+    /// This much is ahead; no experiment needs more than [`USEFUL_M`] of it.
     pub fn new(ahead_m: f64) -> Self {
+        let ahead_m = ahead_m.min(USEFUL_M);
         Self { ahead_m, at_m: 0.0, range_m: (0.0, 0.0) }
     }
 

@@ -18,6 +18,9 @@ const COUNTS_TOLD: f64 = 0.577;
 /// Twice what a quiet supply's noise leaves \[m\].
 const NOISE_M: f64 = 4e-5;
 
+/// So near a wheel has arrived, or within two counts \[m\].
+const SETTLED_M: f64 = 2e-4;
+
 /// How well the wheels followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Following {
@@ -29,6 +32,8 @@ pub struct Following {
     pub worst_m: f64,
     /// How far a wheel went beyond its target, as a share of the drive.
     pub overshoot: f64,
+    /// Longest time from a setpoint's arrival until the wheel stays within two counts and 0.2 mm of it \[s\].
+    pub settling_s: f64,
     /// Change of the duty from frame to frame while cruising, root mean square.
     pub duty_noise: f64,
 }
@@ -95,8 +100,14 @@ fn profile(config: &Config, floor: &Floor, drive: Drive) -> Motion {
     if drive.forwards { motion } else { motion.reversed() }
 }
 
-/// Whether gains alone may have caused it.
-fn is_ours(fault: Fault) -> bool {
+/// Whether gains alone may have caused it. With the factory's gains on another motor that is any fault of a wheel; with constants
+/// that were measured, a wheel that does not answer is a matter of hardware.
+fn is_ours(fault: Fault, motors_known: bool) -> bool {
+    let silent =
+        matches!(fault, Fault::EncoderDead(_) | Fault::NoResponse(_) | Fault::EncodersExchanged(_));
+    if motors_known && silent {
+        return false;
+    }
     matches!(
         fault,
         Fault::FollowingError(_)
@@ -118,11 +129,19 @@ pub struct Drives {
     overshoot: f64,
     duty_squares: f64,
     duty_count: f64,
+    settling_s: f64,
+    motors_known: bool,
     /// What the fast drives show.
     pub shortfall: Shortfall,
 }
 
 impl Drives {
+    /// With settings made for this robot's motors; if `motors_known`, which takes short counts, a wheel that does not answer
+    /// ends the tuning.
+    pub fn with_settings_of_its_own(motors_known: bool) -> Self {
+        Self { motors_known, ..Self::default() }
+    }
+
     /// Drives this one; a fault that gains alone may have caused is cleared and returned.
     pub async fn drive(
         &mut self,
@@ -138,7 +157,7 @@ impl Drives {
         let driven =
             motion::drive_into(session, &motion, options, &mut telemetry, &mut |_| {}).await;
         if let Err(host_link::Error::Faulted(report)) = &driven
-            && is_ours(report.fault)
+            && is_ours(report.fault, self.motors_known)
         {
             rest = rest::wait_until_wheels_stand(session, &mut telemetry).await?;
         }
@@ -148,7 +167,7 @@ impl Drives {
                 self.add(config, &motion, &telemetry, drive.is_fast);
                 Ok(None)
             }
-            Err(host_link::Error::Faulted(report)) if is_ours(report.fault) => {
+            Err(host_link::Error::Faulted(report)) if is_ours(report.fault, self.motors_known) => {
                 session.request(Command::ClearFault { number: report.number }).await?;
                 if rest == Rest::Rolls {
                     return Err(rest::rolls_by_itself());
@@ -187,6 +206,8 @@ impl Drives {
                     self.overshoot = self.overshoot.max(beyond_m / distance_m.abs());
                 }
             }
+            let count_m = config.meters_per_count(config.encoder.get(wheel));
+            self.settling_s = self.settling_s.max(settling_s(&driving, wheel, count_m));
             let middle = &settled[settled.len() / 4..settled.len() / 2];
             for pair in middle.windows(2) {
                 let duty = |frame: &Telemetry| f64::from(frame.wheels.get(wheel).duty) / 32767.0;
@@ -206,7 +227,24 @@ impl Drives {
             fast_rms_m: rms(fast.0, fast.1),
             worst_m: self.worst_m,
             overshoot: self.overshoot,
+            settling_s: self.settling_s,
             duty_noise: (self.duty_squares / self.duty_count.max(1.0)).sqrt(),
         }
     }
+}
+
+/// Time from a setpoint's arrival until the wheel stays near it \[s\].
+fn settling_s(driving: &[&Telemetry], wheel: Wheel, count_m: f64) -> f64 {
+    let Some(target_um) = driving.last().map(|last| last.wheels.get(wheel).setpoint_um) else {
+        return 0.0;
+    };
+    let within_um = SETTLED_M.max(2.0 * count_m) * 1e6;
+    let arrived = driving.iter().position(|frame| frame.wheels.get(wheel).setpoint_um == target_um);
+    let Some(arrived) = arrived else { return 0.0 };
+    let standing = &driving[arrived..];
+    let off = |frame: &Telemetry| f64::from(frame.wheels.get(wheel).error_um).abs() > within_um;
+    standing.iter().rposition(|frame| off(frame)).map_or(0.0, |last| {
+        let until = standing.get(last + 1).unwrap_or(&standing[last]);
+        until.t_us.saturating_sub(standing[0].t_us) as f64 * 1e-6
+    })
 }

@@ -23,7 +23,7 @@ mod trial;
 use std::path::PathBuf;
 
 use host_link::session::Session;
-use robot_model::drivetrain::{DrivetrainFit, Gains};
+use robot_model::drivetrain::{DrivetrainFit, Gains, VoltageRecording};
 use shared_proto::{Config, Identity};
 
 pub use self::experiments::{DrivenExperiment, longer_count_m};
@@ -178,20 +178,7 @@ impl Tuner<'_> {
         progress(Progress::Doing("a profile with the present gains"));
         let before = self.drive_fast(self.original).await?;
         progress(Progress::Before(&before));
-        let check = settings::for_experiments(self.original, experiments::CHECK_FIRST);
-        self.session.write_config(&check).await?;
-        let mut experiments = Experiments::new(self.original, supply_v);
-        let recordings = experiments
-            .run(self.session, &mut self.floor, &mut |what| progress(Progress::Doing(what)))
-            .await?;
-        if self.settings.record {
-            experiments
-                .run_more(self.session, &mut self.floor, &mut |what| {
-                    progress(Progress::Doing(what))
-                })
-                .await?;
-            progress(Progress::Driven(self.original, &experiments.driven()));
-        }
+        let recordings = self.experiment(supply_v, progress).await?;
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
         let pushed = is_pushed(&fit)?;
@@ -234,6 +221,33 @@ impl Tuner<'_> {
             return Err(error);
         }
         Err(not_better(&before, last.as_ref()))
+    }
+
+    /// Drives the experiments, and hands them over if they are to be recorded.
+    async fn experiment(
+        &mut self,
+        supply_v: f64,
+        progress: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Vec<VoltageRecording>> {
+        let check = settings::for_experiments(self.original, experiments::CHECK_FIRST);
+        self.session.write_config(&check).await?;
+        let mut experiments = Experiments::new(self.original, supply_v);
+        let mut recordings = experiments
+            .run(self.session, &mut self.floor, &mut |what| progress(Progress::Doing(what)))
+            .await;
+        if self.settings.record {
+            if recordings.is_ok() {
+                let more = experiments
+                    .run_more(self.session, &mut self.floor, &mut |what| {
+                        progress(Progress::Doing(what))
+                    })
+                    .await;
+                recordings = more.and(recordings);
+            }
+            // Whatever ended them: what was driven is worth having.
+            progress(Progress::Driven(self.original, &experiments.driven()));
+        }
+        recordings
     }
 
     /// Remembers the old configuration, and saves the one in use.
@@ -280,10 +294,18 @@ fn not_better(before: &DriveOutcome, after: Option<&DriveOutcome>) -> Error {
         Some(DriveOutcome::Faulted(fault)) => format!("stopped by the fault {fault}"),
         None => "not driven".into(),
     };
+    let hint = match after {
+        Some(DriveOutcome::Faulted(_)) => {
+            "first see whether that wheel is blocked, slips or has lost a wire; --stiffness 0.5 tries softer gains"
+        }
+        _ => {
+            "--stiffness 0.5 tries softer gains; a gear with much play, or a loose wheel, has this effect"
+        }
+    };
     Error::said_no(format_args!(
         "the new gains do not drive better: the wheels were {}, and with the new gains {}; nothing is saved",
         words(Some(before)),
         words(after),
     ))
-    .hint("--stiffness 0.5 tries softer gains; a gear with much play, or a loose wheel, has this effect")
+    .hint(hint)
 }

@@ -3,7 +3,7 @@
 use shared_proto::{Config, Fault};
 
 use super::following::{Drive, Drives, Outcome};
-use super::{Progress, Tuner, settings};
+use super::{Progress, Tuner, experiments, settings};
 use crate::error::Result;
 
 /// So many fast drives forwards.
@@ -36,7 +36,9 @@ impl Tuner<'_> {
         progress: &mut dyn FnMut(Progress<'_>),
     ) -> Result<(Config, Outcome)> {
         self.session.write_config(&tuned).await?;
-        let (mut config, mut drives) = (tuned, Drives::default());
+        let motors_known = meters_per_count <= experiments::COARSE_M;
+        let new_drives = || Drives::with_settings_of_its_own(motors_known);
+        let (mut config, mut drives) = (tuned, new_drives());
         if let Some(fault) = self.drive(&mut drives, &config, FAST).await? {
             let after = Outcome::Faulted(fault);
             progress(Progress::After(&after));
@@ -54,7 +56,7 @@ impl Tuner<'_> {
             progress(Progress::Doing("the same with a better feedforward"));
             let refined = settings::refined(&config, &both.shortfall, pushed);
             self.session.write_config(&refined).await?;
-            let mut again = Drives::default();
+            let mut again = new_drives();
             let fault = self.drive(&mut again, &refined, FAST).await?;
             if fault.is_some() || again.following().fast_rms_m >= following.fast_rms_m {
                 self.session.write_config(&config).await?;

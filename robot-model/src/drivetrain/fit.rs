@@ -73,6 +73,8 @@ pub enum FitError {
     NoMotion,
     /// The search found no constants above zero.
     NoConstants,
+    /// The motors answer as late as is looked for, or later.
+    Delay,
 }
 
 /// Fits (1) to experiments.
@@ -103,6 +105,9 @@ pub fn fit(recordings: &[VoltageRecording]) -> Result<DrivetrainFit, FitError> {
         .any(|motor| motor.kv_v_s_per_m <= 0.0 || motor.ka_v_s2_per_m <= 0.0)
     {
         return Err(FitError::NoConstants);
+    }
+    if value.delay_s > 0.99 * DELAY_S_MAX {
+        return Err(FitError::Delay);
     }
     let residual_m = (search.cost / search.samples as f64).sqrt();
     Ok(DrivetrainFit { constants: Constants { value, half_widths_95 }, residual_m, regression })

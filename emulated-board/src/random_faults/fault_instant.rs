@@ -52,6 +52,8 @@ pub struct FaultInstant {
     count_m: f64,
     /// What the check takes friction for, as a multiple of what it is.
     ks_times: f64,
+    /// How much faster than its setpoint a wheel turns whose count stands \[m/s\].
+    creeps_mps: f64,
     /// Of the motion \[m/s^2\].
     acceleration_mps2: f64,
 }
@@ -136,6 +138,7 @@ impl FaultInstant {
             turned_m: turned_m(timeline, happened),
             count_m: case.count_m(),
             ks_times: case.ks_times(),
+            creeps_mps: case.creeps_mps(),
             acceleration_mps2: case.motion.acceleration,
         }
     }
@@ -191,12 +194,14 @@ impl FaultInstant {
             (Situation::Moving, Some(shown_ms)) => {
                 let ms = within_ms.max(shown_ms + STALL_MS);
                 // A motion about to end, or from rest, is seen by the way.
-                (bound(ms, (shown_ms >= within_ms).then(|| self.blind_mm())), names)
+                let way_mm = self.blind_mm() + self.creeps_mps * ms;
+                (bound(ms, (shown_ms >= within_ms).then_some(way_mm)), names)
             }
             // The setpoint advances no more, or not far enough.
             (Situation::Moving, None) if !self.moves_later => {
                 names.push(Name::Harmless);
-                (MotorsOff::WithinOrTravel(self.end_ms + VIEW_MS, self.blind_mm()), names)
+                let ms = self.end_ms + VIEW_MS;
+                (MotorsOff::WithinOrTravel(ms, self.blind_mm() + self.creeps_mps * ms), names)
             }
             (Situation::Rest, _) if !self.moves_later => {
                 (MotorsOff::NotNeeded, vec![Name::Harmless])
@@ -204,7 +209,14 @@ impl FaultInstant {
             (Situation::Over, _) => (MotorsOff::NotNeeded, vec![Name::Harmless]),
             // No motion was ever commanded, because the host could not.
             _ if self.commanded_us == u64::MAX => (MotorsOff::NotNeeded, vec![Name::Harmless]),
-            _ => (bound(within_ms, Some(self.blind_mm())), names),
+            // From rest, until the setpoint has gone far enough.
+            _ => {
+                let shown_ms = 1000.0 * (2.0 * SHOWN_M / self.acceleration_mps2).sqrt();
+                let moving = self.situation == Situation::Moving;
+                let creeps_mps = if moving { self.creeps_mps } else { 0.0 };
+                let way_mm = self.blind_mm() + creeps_mps * (shown_ms + STALL_MS);
+                (bound(within_ms, Some(way_mm)), names)
+            }
         }
     }
 

@@ -31,6 +31,21 @@ impl Case {
         times(Wheel::Left).max(times(Wheel::Right))
     }
 
+    /// How much faster than its setpoint a kS that is too large turns a wheel whose count stands, at most; of the factory's gains
+    /// that is in the bounds \[m/s\].
+    pub fn creeps_mps(&self) -> f64 {
+        let Some(config) = self.config.as_ref().filter(|_| self.has_other_gains()) else {
+            return 0.0;
+        };
+        let creeps = |wheel| {
+            let [forward, backward, ..] = config.feedforward.shares(wheel);
+            let excess = forward.max(backward) - self.friction_share(wheel);
+            let usual_kv = Config::default().feedforward.wheel(wheel).kv_v_s_per_m;
+            (excess * self.scenario.plant.supply.open_circuit_v / usual_kv).max(0.0)
+        };
+        creeps(Wheel::Left).max(creeps(Wheel::Right))
+    }
+
     /// The duty that a wheel's dry friction takes.
     fn friction_share(&self, wheel: Wheel) -> f64 {
         let plant = &self.scenario.plant;

@@ -33,8 +33,8 @@ const AGAIN: Motion = Motion {
 };
 /// It ends this close to its target, or within two counts \[m\].
 const AGAIN_M_MAX: f64 = 0.0015;
-/// And with other gains: 2 mm by the counts, and a count.
-const SOFT_M_MAX: f64 = 2.25e-3;
+/// And with other gains: 2 mm by the counts, and a count at the beginning and at the end.
+const SOFT_M_MAX: f64 = 2.5e-3;
 /// A wheel that turns less in 3 ms stands \[rad\]: 10 mm/s.
 const STANDS_RAD: f64 = 0.03 / 36.0;
 

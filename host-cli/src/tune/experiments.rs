@@ -75,6 +75,9 @@ const fn check_for(ks_v: f64, slower: f64) -> CheckFor {
     CheckFor { ks_v, slower }
 }
 
+/// What to look at where no friction that the check can reckon with explains it.
+const STANDS: &str = "no friction explains this. Look at that wheel's motor wires, its driver and supply, the encoder's plug, and whether the wheel turns by hand; then at counts_per_rev and gear_reduction";
+
 /// A longer count may be too few of them for the encoder check, which gives slow motors about a second for two \[m\].
 pub const COARSE_M: f64 = 0.005;
 /// Share of the supply that is used.
@@ -441,8 +444,9 @@ impl<'a> Experiments<'a> {
                     session.write_config(&config).await?;
                 }
                 Err(host_link::Error::Faulted(report)) if is_of_check(report.fault) => {
-                    return Err(too_coarse(self.config, report.fault)
-                        .unwrap_or_else(|| host_link::Error::Faulted(report).into()));
+                    return Err(too_coarse(self.config, report.fault).unwrap_or_else(|| {
+                        Error::from(host_link::Error::Faulted(report)).hint(STANDS)
+                    }));
                 }
                 Err(error) => return Err(error.into()),
             }

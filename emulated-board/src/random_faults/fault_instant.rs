@@ -52,6 +52,8 @@ pub struct FaultInstant {
     count_m: f64,
     /// What the check takes friction for, as a multiple of what it is.
     ks_times: f64,
+    /// The gains are not the factory's.
+    is_soft: bool,
     /// How much faster than its setpoint a wheel turns whose count stands \[m/s\].
     creeps_mps: f64,
     /// Of the motion \[m/s^2\].
@@ -138,6 +140,7 @@ impl FaultInstant {
             turned_m: turned_m(timeline, happened),
             count_m: case.count_m(),
             ks_times: case.ks_times(),
+            is_soft: case.has_other_gains(),
             creeps_mps: case.creeps_mps(),
             acceleration_mps2: case.motion.acceleration,
         }
@@ -155,7 +158,8 @@ impl FaultInstant {
     pub fn arrived(&self, wheel: Wheel) -> bool {
         let error_um = *self.error_um.get(wheel);
         let near = error_um.unsigned_abs() < ARRIVED_UM;
-        let ahead = f64::from(error_um) * self.speed_mps.get(wheel) < 0.0;
+        // A soft loop may not push a wheel that stands behind either, as friction holds it too.
+        let ahead = self.is_soft || f64::from(error_um) * self.speed_mps.get(wheel) < 0.0;
         let pushed = self.duty.get(wheel).unsigned_abs() >= PUSHES;
         self.situation == Situation::Moving && (near || (ahead && !pushed))
     }

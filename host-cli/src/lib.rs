@@ -54,6 +54,7 @@ pub mod import_page;
 pub mod interrupt;
 pub mod limits;
 pub mod model_page;
+pub mod motor_page;
 pub mod motors;
 pub mod page_server;
 pub mod port;

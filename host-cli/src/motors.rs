@@ -134,7 +134,7 @@ fn show_held_out(errors: &MotorErrors) {
 }
 
 /// `kS  0.501 ± 0.002 V`
-fn estimate(estimate: &Estimate) -> String {
+pub(crate) fn estimate(estimate: &Estimate) -> String {
     let Estimate { name, unit, value, half_width_95 } = *estimate;
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     if !half_width_95.is_finite() {
@@ -146,6 +146,6 @@ fn estimate(estimate: &Estimate) -> String {
     format!("{name}  {value:.digits$} ± {half_width_95:.digits$}{unit}")
 }
 
-fn millimetres(length_m: f64) -> String {
+pub(crate) fn millimetres(length_m: f64) -> String {
     format!("{:.2} mm", length_m * 1e3)
 }

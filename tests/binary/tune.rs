@@ -38,6 +38,17 @@ fn json_has_the_numbers() {
     assert_eq!(number("/config/feedforward/supply_v"), 12.0);
 }
 
+/// Wheels that spin without grip accelerate no robot, straight on as little as on the spot.
+#[test]
+fn wheels_without_grip_are_told() {
+    let temp = TempFolder::new();
+    temp.write("ice.toml", "name = \"ice\"\n[plant.floor]\nfriction = 0.0\n");
+    let outcome = temp.run("tune --port sim:ice.toml").ok();
+    assert!(outcome.stdout.contains("odd: kA is the same"), "{outcome:#?}");
+    let outcome = temp.run("tune").ok();
+    assert!(!outcome.stdout.contains("odd:"), "{outcome:#?}");
+}
+
 #[test]
 fn options_that_make_no_sense_are_refused_before_anything_moves() {
     let temp = TempFolder::new();
@@ -53,4 +64,32 @@ fn options_that_make_no_sense_are_refused_before_anything_moves() {
         assert_eq!(outcome.code, Some(2), "{outcome:#?}");
         assert!(outcome.stderr.contains(says), "{arguments}: {}", outcome.stderr);
     }
+}
+
+#[test]
+fn the_pages_have_the_numbers_of_the_table_and_every_experiment() {
+    let temp = TempFolder::new();
+    let outcome = temp.run("tune --record motors -o tuning.html").ok();
+    let page = String::from_utf8(temp.read("tuning.html")).unwrap();
+    let row = outcome.stdout.lines().find(|line| line.starts_with("kV")).unwrap();
+    let left = row.split_whitespace().nth(3).unwrap();
+    assert!(page.contains(&format!("<td>{left} \u{b1}")), "{left}");
+    assert!(page.contains("Distance from the setpoint") && page.contains("Lowered: limits"));
+    // Both wheels' distances, and what it identifies from; none of what it only records.
+    let figures = page.matches("<figure>").count();
+    assert!((10..30).contains(&figures), "{figures}");
+    assert!(!page.contains("NaN") && !page.contains("inf"), "a number that is none");
+
+    temp.run("report --drivetrain motors -o motors.html").ok();
+    let page = String::from_utf8(temp.read("motors.html")).unwrap();
+    let experiments = std::fs::read_dir(temp.path("motors/runs")).unwrap();
+    let experiments =
+        experiments.flatten().filter(|file| file.path().extension().is_some_and(|of| of == "csv"));
+    assert_eq!(page.matches("<figure>").count(), experiments.count());
+    assert!(page.contains("Each effect alone"));
+
+    let refused = temp.run("tune -o missing/tuning.html");
+    assert_eq!(refused.code, Some(2), "{refused:#?}");
+    assert!(refused.stderr.contains("cannot write missing"), "{refused:#?}");
+    assert!(!refused.stderr.contains("break-away"), "before anything moves: {refused:#?}");
 }

@@ -207,6 +207,7 @@ pub struct FleetArgs {
 #[command(after_help = "\
 Examples:
   beeline report my-robot -o report.html
+  beeline report --drivetrain my-motors -o motors.html  its motors: see `beeline tune --record`
   beeline report my-robot --interactive -o try.html     the page of `beeline serve`, to send to somebody")]
 pub struct ReportArgs {
     /// The campaign folder.
@@ -214,6 +215,9 @@ pub struct ReportArgs {
     /// Where to write the page, one self-contained file. FILE.svg: only its main picture.
     #[arg(long, short, value_name = "FILE", default_value = "report.html", value_parser = new_file())]
     pub output: PathBuf,
+    /// The motors of the campaign: voltages against counts, as in `explain --drivetrain`.
+    #[arg(long, conflicts_with = "interactive")]
+    pub drivetrain: bool,
     /// Write the page of `beeline serve` with its answers in it: effects can be switched without a server.
     #[arg(long)]
     pub interactive: bool,

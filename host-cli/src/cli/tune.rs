@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::value_parsers::{above_zero, length, new_file, share};
+use super::value_parsers::{above_zero, length, new_file, new_file_named, share};
 use crate::quantity::Length;
 
 /// `beeline tune`
@@ -18,6 +18,7 @@ Ctrl-C. Radius, track width and encoder counts must be right beforehand: see
 Examples:
   beeline tune --port /dev/ttyACM0 --floor 2m
   beeline tune --stiffness 0.5                   softer gains
+  beeline tune -o tuning.html                    also a page with pictures
   beeline tune --record my-motors                keep the experiments for `beeline explain --drivetrain my-motors`
   beeline tune --undo --port /dev/ttyACM0        the gains from before the last tuning")]
 pub struct TuneArgs {
@@ -31,7 +32,10 @@ pub struct TuneArgs {
     /// `beeline explain --drivetrain`.
     #[arg(long, value_name = "FOLDER", value_parser = new_file())]
     pub record: Option<PathBuf>,
+    /// Also write what was found as a page with pictures, one self-contained file.
+    #[arg(long, short, value_name = "FILE.html", value_parser = new_file_named("html"))]
+    pub output: Option<PathBuf>,
     /// Restore the gains, feedforward and limits that the last tuning changed.
-    #[arg(long, conflicts_with_all = ["floor", "stiffness", "record"])]
+    #[arg(long, conflicts_with_all = ["floor", "stiffness", "record", "output"])]
     pub undo: bool,
 }

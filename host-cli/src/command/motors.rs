@@ -9,6 +9,7 @@ use robot_model::drivetrain::{
 
 use crate::error::{Error, Result};
 use crate::json;
+use crate::motor_page;
 use crate::motors::{show_answer, show_comparison, verdict};
 use crate::ui::{say, warn};
 
@@ -38,6 +39,15 @@ pub(super) fn explain(folder: &Path, as_json: bool, exit_code: bool) -> Result<(
     }
     let lacks = !answer.steps.is_empty() || answer.unexplained.structure;
     if exit_code && lacks { Err(Error::answered_no()) } else { Ok(()) }
+}
+
+/// The page of `report --drivetrain`.
+pub(super) fn page(folder: &Path) -> Result<String> {
+    let (found, experiments) = read(folder)?;
+    let answer = missing(&found.robot, &experiments).map_err(in_words)?;
+    let baseline = baseline_errors(&found.robot, &experiments).map_err(in_words)?;
+    let name = folder.file_name().map_or("campaign".into(), |name| name.to_string_lossy());
+    Ok(motor_page::of_campaign(&name, &found.runs, &baseline, &answer))
 }
 
 fn read(folder: &Path) -> Result<(Experiments, Vec<Experiment>)> {

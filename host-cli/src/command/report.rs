@@ -20,22 +20,7 @@ use campaign::file::{WriteError, check_writable, write_whole};
 use campaign::model::ModelFile;
 
 pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
-    let ending =
-        args.output.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    let is_drawing = ending.as_deref() == Some("svg");
-    if !is_drawing && ending.as_deref().is_some_and(|ending| ending != "html" && ending != "htm") {
-        return Err(Error::new(format_args!(
-            "{}: a report is .html, or .svg",
-            args.output.display()
-        ))
-        .hint("a browser prints the page, to PDF as well"));
-    }
-    if is_drawing && args.interactive {
-        return Err(Error::new("a page on which effects are switched is .html")
-            .hint("leave --interactive out for a drawing"));
-    }
-    let (read, campaign) = read(&args.campaign)?;
-    warn_if_single_run(&campaign);
+    let is_drawing = is_drawing(args)?;
     let output = args.output.display();
     let cannot = |error: &WriteError| {
         Error::new(format_args!("cannot write {output}: {error}"))
@@ -43,6 +28,17 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     };
     // Before the work: a file that cannot be written must not cost the time.
     check_writable(&args.output).map_err(|error| cannot(&error))?;
+    if args.drivetrain {
+        if is_drawing {
+            return Err(Error::new("the report of motors is a page, .html"));
+        }
+        let page = super::motors::page(&args.campaign)?;
+        write_whole(&args.output, page.as_bytes()).map_err(|error| cannot(&error))?;
+        tell(common.json, json!({"report": args.output}), format_args!("{output} written"));
+        return Ok(());
+    }
+    let (read, campaign) = read(&args.campaign)?;
+    warn_if_single_run(&campaign);
     let cache = args.reuse.cache(common.json);
     if args.interactive {
         let options = next_run_options(common, &read);
@@ -80,4 +76,23 @@ pub(super) fn run(common: &Common, args: &ReportArgs) -> Result<()> {
     write_whole(&args.output, page.as_bytes()).map_err(|error| cannot(&error))?;
     tell(common.json, json!({"report": args.output}), format_args!("{output} written"));
     Ok(())
+}
+
+/// Whether the file is to be a drawing; an error if it can be no report.
+fn is_drawing(args: &ReportArgs) -> Result<bool> {
+    let ending =
+        args.output.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let is_drawing = ending.as_deref() == Some("svg");
+    if !is_drawing && ending.as_deref().is_some_and(|ending| ending != "html" && ending != "htm") {
+        return Err(Error::new(format_args!(
+            "{}: a report is .html, or .svg",
+            args.output.display()
+        ))
+        .hint("a browser prints the page, to PDF as well"));
+    }
+    if is_drawing && args.interactive {
+        return Err(Error::new("a page on which effects are switched is .html")
+            .hint("leave --interactive out for a drawing"));
+    }
+    Ok(is_drawing)
 }

@@ -3,45 +3,34 @@
 use std::path::Path;
 
 use campaign::CampaignWriter;
+use campaign::file::{WriteError, check_writable, write_whole};
 use host_link::Session;
-use robot_model::drivetrain::{
-    Constants, Drivetrain, Gains, HalfWidths, LoadDisturbance, WheelMotor,
-};
+use robot_model::drivetrain::{Gains, HalfWidths, LoadDisturbance, WheelMotor};
 use serde_json::{Value, json};
 
 use crate::cli::{Common, TuneArgs};
 use crate::error::{Error, Result};
 use crate::hex::hex;
+use crate::motor_page;
 use crate::port::with_robot;
+use crate::tune::result_tables::{ConstantRow, FollowingRow};
 use crate::tune::{
     DriveOutcome, FLOOR_M_MAX, FLOOR_M_MIN, Following, LoopConfig, Progress, Settings, Tuned,
-    recorded, tune,
+    recorded, result_tables, tune,
 };
 use crate::ui::{BOLD, DIM, GOOD, WARN, note, paint, say, warn};
 use crate::undo::state_folder;
 
 use super::undo::last_change;
 
-/// A constant whose interval is wider, as a share of it, is worth a word.
-const UNSURE: f64 = 0.5;
-
 pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     if args.undo {
         return undo(common);
     }
-    if args.floor.m < FLOOR_M_MIN {
-        return Err(Error::new(format_args!(
-            "{:.0} cm of floor is too little to tell a motor from its friction",
-            args.floor.m * 100.0
-        ))
-        .hint("use at least --floor 30cm; 1.5 m is better"));
-    }
-    if args.floor.m > FLOOR_M_MAX {
-        return Err(Error::new(format_args!(
-            "{:.0} m of floor is more than any robot needs",
-            args.floor.m
-        ))
-        .hint(format_args!("give at most {FLOOR_M_MAX:.0} m; 1.5 m is enough for most robots")));
+    check_floor(args)?;
+    if let Some(page) = &args.output {
+        // Before the work: a file that cannot be written must not cost the time.
+        check_writable(page).map_err(|error| cannot_write(page, &error))?;
     }
     let forgets = common.port.is_sim() && common.flash.is_none();
     let settings = Settings {
@@ -85,8 +74,38 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     } else {
         print(&tuned, common.robot_forgets());
     }
+    if let Some(page) = &args.output {
+        write_whole(page, motor_page::of_tuning(&tuned).as_bytes())
+            .map_err(|error| cannot_write(page, &error).hint("the tuning itself is done"))?;
+        if !common.json {
+            say(format_args!("{} written", page.display()));
+        }
+    }
     written?;
     Ok(())
+}
+
+fn check_floor(args: &TuneArgs) -> Result<()> {
+    if args.floor.m < FLOOR_M_MIN {
+        return Err(Error::new(format_args!(
+            "{:.0} cm of floor is too little to tell a motor from its friction",
+            args.floor.m * 100.0
+        ))
+        .hint("use at least --floor 30cm; 1.5 m is better"));
+    }
+    if args.floor.m > FLOOR_M_MAX {
+        return Err(Error::new(format_args!(
+            "{:.0} m of floor is more than any robot needs",
+            args.floor.m
+        ))
+        .hint(format_args!("give at most {FLOOR_M_MAX:.0} m; 1.5 m is enough for most robots")));
+    }
+    Ok(())
+}
+
+fn cannot_write(page: &Path, error: &WriteError) -> Error {
+    Error::new(format_args!("cannot write {}: {error}", page.display()))
+        .hint(error.hint("choose another file with -o"))
 }
 
 /// A campaign folder for this robot.
@@ -144,121 +163,39 @@ fn print_push(push: LoadDisturbance) {
     say("The feedforward takes the mean. A level floor gives better constants.");
 }
 
-/// The constants that the experiments hardly tell.
-fn print_unsure(constants: &Constants) {
-    let Constants { value, half_widths_95 } = constants;
-    let wheels = [
-        ("left", &value.wheels.left, &half_widths_95.left),
-        ("right", &value.wheels.right, &half_widths_95.right),
-    ];
-    for (wheel, motor, off) in wheels {
-        let (straight, spin) = value.ka_of_robot(motor);
-        let constants = [
-            ("kV", motor.kv_v_s_per_m, off.kv_v_s_per_m),
-            ("kA straight on", straight, off.ka_straight_v_s2_per_m),
-            ("kA on the spot", spin, off.ka_spin_v_s2_per_m),
-        ];
-        for (name, value, half_width) in constants {
-            if half_width > UNSURE * value.abs() {
-                say(format_args!(
-                    "{} {name} of the {wheel} wheel is known to {:.0} % only: coarse counts, a caster or a cable that pulls, or wheels that slip",
-                    paint(WARN, "unsure:"),
-                    100.0 * half_width / value.abs()
-                ));
-            }
-        }
-    }
-}
-
-/// The limits that were lowered to what the motors reach.
-fn print_limits(tuned: &Tuned) {
-    let (before, after) = (&tuned.change.0.limits, &tuned.change.1.limits);
-    for (field, unit, before, after) in [
-        ("speed_mps_max", "m/s", before.speed_mps_max, after.speed_mps_max),
-        (
-            "acceleration_mps2_max",
-            "m/s^2",
-            before.acceleration_mps2_max,
-            after.acceleration_mps2_max,
-        ),
-        (
-            "stop_deceleration_mps2",
-            "m/s^2",
-            before.stop_deceleration_mps2,
-            after.stop_deceleration_mps2,
-        ),
-    ] {
-        if after < before {
-            say(format_args!(
-                "{} limits.{field} {before:.3} -> {after:.3} {unit}: with this supply the motors reach no more and keep some for the loop",
-                paint(WARN, "lowered:")
-            ));
-        }
-    }
-}
-
 /// How the wheels followed before, and how they do now.
 fn print_following(before: &DriveOutcome, after: &Following) {
     say("");
-    say(format_args!(
-        "{}{:>10}{:>14}",
-        paint(DIM, format_args!("{:<24}", "following its profiles")),
-        "before",
-        "after"
-    ));
-    let row = |name: &str, digits: usize, of: fn(&Following) -> f64| {
-        let before = match before {
-            DriveOutcome::Followed(before) => format!("{:.digits$}", of(before)),
-            DriveOutcome::Faulted(_) => "fault".into(),
-        };
-        say(format_args!("{name:<24}{before:>10}{:>14.digits$}", of(after)));
-    };
-    row("rms, fast [mm]", 3, |following| following.fast_rms_m * 1e3);
-    row("worst [mm]", 3, |following| following.worst_m * 1e3);
-    row("settling [ms]", 0, |following| following.settling_s * 1e3);
-    row("overshoot [%]", 2, |following| following.overshoot * 100.0);
-    row("duty noise [%]", 2, |following| following.duty_noise * 100.0);
+    let head = paint(DIM, format_args!("{:<24}", "following its profiles"));
+    say(format_args!("{head}{:>10}{:>14}", "before", "after"));
+    for FollowingRow { name, decimals, before, after } in result_tables::following(before, after) {
+        let before = before.map_or("fault".into(), |before| format!("{before:.decimals$}"));
+        say(format_args!("{name:<24}{before:>10}{after:>14.decimals$}"));
+    }
 }
 
 fn print(tuned: &Tuned, forgets: bool) {
     let Tuned { fit, gains, before, after, .. } = tuned;
     let constants = &fit.constants;
     // Padded before it is painted: a style has width as well.
-    let head = |text: &str, width: usize| paint(DIM, format_args!("{text:<width$}"));
-    say(format_args!("{}{:>18}{:>18}", head("motor", 30), "left", "right"));
+    let head = paint(DIM, format_args!("{:<30}", "motor"));
+    say(format_args!("{head}{:>18}{:>18}", "left", "right"));
+    for ConstantRow { name, decimals, wheels } in result_tables::constants(constants) {
+        let [left, right] = wheels
+            .map(|(value, half_width)| format!("{value:.decimals$} ± {half_width:.decimals$}"));
+        say(format_args!("{name:<30}{left:>18}{right:>18}"));
+    }
     let value = &constants.value;
-    let half_widths = &constants.half_widths_95;
-    type OfMotor = fn(&Drivetrain, &WheelMotor) -> f64;
-    let row = |name: &str, digits: usize, of: OfMotor, off: fn(&HalfWidths) -> f64| {
-        let cell = |motor: &WheelMotor, half_widths: &HalfWidths| {
-            format!("{:.digits$} ± {:.digits$}", of(value, motor), off(half_widths))
-        };
-        say(format_args!(
-            "{name:<30}{:>18}{:>18}",
-            cell(&value.wheels.left, &half_widths.left),
-            cell(&value.wheels.right, &half_widths.right)
-        ));
-    };
-    row("kS forwards [V]", 3, |_, motor| motor.ks_forward_v, |off| off.ks_forward_v);
-    row("kS backwards [V]", 3, |_, motor| motor.ks_backward_v, |off| off.ks_backward_v);
-    row("kV [V s/m]", 2, |_, motor| motor.kv_v_s_per_m, |off| off.kv_v_s_per_m);
-    row(
-        "kA straight on [V s^2/m]",
-        3,
-        |value, motor| value.ka_of_robot(motor).0,
-        |off| off.ka_straight_v_s2_per_m,
-    );
-    row(
-        "kA on the spot [V s^2/m]",
-        3,
-        |value, motor| value.ka_of_robot(motor).1,
-        |off| off.ka_spin_v_s2_per_m,
-    );
     say(format_args!("delay {:.1} ms; ± gives 95 % intervals", value.delay_s * 1e3));
     if let Some(push) = constants.load_disturbance() {
         print_push(push);
     }
-    print_unsure(constants);
+    if let Some(words) = result_tables::odd(constants) {
+        say(format_args!("{} {words}", paint(WARN, "odd:")));
+    }
+    for words in result_tables::unsure(constants) {
+        say(format_args!("{} {words}", paint(WARN, "unsure:")));
+    }
     say(format_args!(
         "margin: Ms {:.2}, with kV and kA 30 % off {:.2}; phase margin {:.0} degrees at {:.0} rad/s",
         gains.ms,
@@ -267,7 +204,9 @@ fn print(tuned: &Tuned, forgets: bool) {
         gains.crossover_rad_s
     ));
     print_following(before, after);
-    print_limits(tuned);
+    for words in result_tables::lowered(tuned) {
+        say(format_args!("{} {words}", paint(WARN, "lowered:")));
+    }
     let saved = if forgets { "written" } else { "saved" };
     say(format_args!(
         "{} feedforward and gains {saved}; {:.0} s, {:.2} m of floor",

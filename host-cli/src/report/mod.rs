@@ -41,7 +41,8 @@ pub use drawing::to_svg;
 
 use campaign_report::before;
 
-const REPORT_STYLE: &str = "\
+/// How the parts of a report look.
+pub(crate) const REPORT_STYLE: &str = "\
 .grid{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:14px}.grid svg{margin:0}\
 .grid figure,.pair figure{margin:0;border:1px solid var(--faint);border-radius:10px;padding:12px 12px 8px;break-inside:avoid}\
 .pair{display:grid;grid-template-columns:repeat(2,minmax(0,1fr));gap:14px}.pair svg{margin:0}\
@@ -67,7 +68,7 @@ figcaption span{white-space:nowrap}\
 @media print{p,li{orphans:3;widows:3}tr,.next{break-inside:avoid}thead{display:table-header-group}.lead{font-size:15px}figcaption{font-size:11px}.grid{grid-template-columns:repeat(3,minmax(0,1fr))}.pair{grid-template-columns:repeat(2,minmax(0,1fr))}.card{padding:12px 16px}h2{break-after:avoid}}";
 
 /// How the lines of this page's drawings look, beyond those of a calibration's.
-const DRAWING_STYLE: &str = "\
+pub(crate) const DRAWING_STYLE: &str = "\
 .seen{fill:none;stroke:var(--line);stroke-width:5;stroke-opacity:.55;stroke-linecap:round;stroke-linejoin:round}\
 .thin .p{stroke-width:1.7}.zero{stroke:var(--line);stroke-width:1.2;fill:none}\
 .d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";

@@ -38,6 +38,15 @@ pub struct Following {
     pub duty_noise: f64,
 }
 
+/// How far both wheels were from their setpoints, at one instant of a drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TraceSample {
+    /// Since the drive began \[s\].
+    pub t_s: f64,
+    /// Setpoint less travel \[m\].
+    pub error_m: WheelPair<f64>,
+}
+
 /// What came of the drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
@@ -131,6 +140,8 @@ pub struct Drives {
     duty_count: f64,
     settling_s: f64,
     motors_known: bool,
+    /// The first fast drive forwards.
+    pub trace: Vec<TraceSample>,
     /// What the fast drives show.
     pub shortfall: Shortfall,
 }
@@ -187,6 +198,9 @@ impl Drives {
         if is_fast {
             self.shortfall.add(config, &driving);
         }
+        if is_fast && self.trace.is_empty() {
+            self.trace = trace(&driving);
+        }
         let settled = &driving[driving.len() / 3..];
         for wheel in Wheel::BOTH {
             let distance_m = *motion.distance.get(wheel);
@@ -231,6 +245,15 @@ impl Drives {
             duty_noise: (self.duty_squares / self.duty_count.max(1.0)).sqrt(),
         }
     }
+}
+
+fn trace(driving: &[&Telemetry]) -> Vec<TraceSample> {
+    let first_us = driving.first().map_or(0, |first| first.t_us);
+    let sample = |frame: &&Telemetry| TraceSample {
+        t_s: frame.t_us.saturating_sub(first_us) as f64 * 1e-6,
+        error_m: frame.wheels.map(|wheel| f64::from(wheel.error_um) * 1e-6),
+    };
+    driving.iter().map(sample).collect()
 }
 
 /// Time from a setpoint's arrival until the wheel stays near it \[s\].

@@ -16,6 +16,7 @@ mod floor;
 mod following;
 pub mod recorded;
 mod rest;
+pub mod result_tables;
 mod settings;
 mod shortfall;
 mod trial;
@@ -27,7 +28,7 @@ use robot_model::drivetrain::{DrivetrainFit, Gains, VoltageRecording};
 use shared_proto::{Config, Identity};
 
 pub use self::experiments::{DrivenExperiment, longer_count_m};
-pub use self::following::{Following, Outcome as DriveOutcome};
+pub use self::following::{Following, Outcome as DriveOutcome, TraceSample};
 pub use self::settings::LoopConfig;
 
 use self::experiments::Experiments;
@@ -92,6 +93,10 @@ pub struct Tuned {
     pub took_s: f64,
     /// How far the robot went from where it stood \[m\].
     pub floor_used_m: f64,
+    /// What the motors were identified from.
+    pub experiments: Vec<(&'static str, VoltageRecording)>,
+    /// The fast profile forwards, before and now; empty where the robot stopped with a fault.
+    pub traces: [Vec<TraceSample>; 2],
 }
 
 /// Identifies, computes, drives, and saves what drives better. Whatever goes wrong, the motors are off and the robot has
@@ -176,9 +181,11 @@ impl Tuner<'_> {
         let started_us = self.session.status().await?.t_us;
         let supply_v = supply_v(self.session, self.original).await?;
         progress(Progress::Doing("a profile with the present gains"));
-        let before = self.drive_fast(self.original).await?;
+        let (before, trace_before) = self.drive_fast(self.original).await?;
         progress(Progress::Before(&before));
-        let recordings = self.experiment(supply_v, progress).await?;
+        let experiments = self.experiment(supply_v, progress).await?;
+        let recordings: Vec<_> =
+            experiments.iter().map(|(_, recording)| recording.clone()).collect();
         let fit = experiments::identify(&recordings)?;
         progress(Progress::Identified(&fit));
         let pushed = is_pushed(&fit)?;
@@ -191,7 +198,7 @@ impl Tuner<'_> {
             let gains = settings::design(self.original, &fit, supply_v, stiffness)?;
             progress(Progress::Trying(&gains));
             let tuned = settings::tuned(self.original, &fit, &gains, supply_v);
-            let (tuned, after) =
+            let (tuned, after, trace) =
                 self.try_settings(tuned, pushed, meters_per_count, progress).await?;
             match after {
                 DriveOutcome::Followed(after)
@@ -209,6 +216,8 @@ impl Tuner<'_> {
                         change,
                         took_s: ended_us.saturating_sub(started_us) as f64 * 1e-6,
                         floor_used_m: self.floor.used_m(),
+                        experiments,
+                        traces: [trace_before, trace],
                     });
                 }
                 after => last = Some(after),
@@ -228,26 +237,29 @@ impl Tuner<'_> {
         &mut self,
         supply_v: f64,
         progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<Vec<VoltageRecording>> {
+    ) -> Result<Vec<(&'static str, VoltageRecording)>> {
         let check = settings::for_experiments(self.original, experiments::CHECK_FIRST);
         self.session.write_config(&check).await?;
         let mut experiments = Experiments::new(self.original, supply_v);
-        let mut recordings = experiments
+        let mut driven = experiments
             .run(self.session, &mut self.floor, &mut |what| progress(Progress::Doing(what)))
-            .await;
-        if self.settings.record {
-            if recordings.is_ok() {
-                let more = experiments
-                    .run_more(self.session, &mut self.floor, &mut |what| {
-                        progress(Progress::Doing(what))
-                    })
-                    .await;
-                recordings = more.and(recordings);
-            }
-            // Whatever ended them: what was driven is worth having.
-            progress(Progress::Driven(self.original, &experiments.driven()));
+            .await
+            .map(drop);
+        if self.settings.record && driven.is_ok() {
+            driven = experiments
+                .run_more(self.session, &mut self.floor, &mut |what| {
+                    progress(Progress::Doing(what))
+                })
+                .await;
         }
-        recordings
+        let experiments = experiments.driven();
+        if self.settings.record {
+            // Whatever ended them: what was driven is worth having.
+            progress(Progress::Driven(self.original, &experiments));
+        }
+        driven?;
+        let chosen = experiments.iter().filter(|one| one.identifies);
+        Ok(chosen.filter_map(|one| Some((one.name, one.recording(self.original)?))).collect())
     }
 
     /// Remembers the old configuration, and saves the one in use.

@@ -2,7 +2,7 @@
 
 use shared_proto::{Config, Fault};
 
-use super::following::{Drive, Drives, Outcome};
+use super::following::{Drive, Drives, Outcome, TraceSample};
 use super::{Progress, Tuner, experiments, settings};
 use crate::error::Result;
 
@@ -13,16 +13,19 @@ const FAST: Drive = Drive { is_fast: true, forwards: true };
 const FAST_BACK: Drive = Drive { is_fast: true, forwards: false };
 const SLOW_BACK: Drive = Drive { is_fast: false, forwards: false };
 
+/// One drive.
+type Trace = Vec<TraceSample>;
+
 impl Tuner<'_> {
     /// The fast profile forwards and back.
-    pub(super) async fn drive_fast(&mut self, config: &Config) -> Result<Outcome> {
+    pub(super) async fn drive_fast(&mut self, config: &Config) -> Result<(Outcome, Trace)> {
         let mut drives = Drives::default();
         for drive in [FAST, FAST_BACK] {
             if let Some(fault) = self.drive(&mut drives, config, drive).await? {
-                return Ok(Outcome::Faulted(fault));
+                return Ok((Outcome::Faulted(fault), drives.trace));
             }
         }
-        Ok(Outcome::Followed(drives.following()))
+        Ok((Outcome::Followed(drives.following()), drives.trace))
     }
 
     /// Drives fast forwards with these settings. Where the robot does not follow as closely as its encoders can tell, it drives
@@ -34,7 +37,7 @@ impl Tuner<'_> {
         pushed: bool,
         meters_per_count: f64,
         progress: &mut dyn FnMut(Progress<'_>),
-    ) -> Result<(Config, Outcome)> {
+    ) -> Result<(Config, Outcome, Trace)> {
         self.session.write_config(&tuned).await?;
         let motors_known = meters_per_count <= experiments::COARSE_M;
         let new_drives = || Drives::with_settings_of_its_own(motors_known);
@@ -42,7 +45,7 @@ impl Tuner<'_> {
         if let Some(fault) = self.drive(&mut drives, &config, FAST).await? {
             let after = Outcome::Faulted(fault);
             progress(Progress::After(&after));
-            return Ok((config, after));
+            return Ok((config, after, drives.trace));
         }
         for _ in 1..ROUNDS {
             let following = drives.following();
@@ -69,7 +72,7 @@ impl Tuner<'_> {
             Some(fault) => Outcome::Faulted(fault),
         };
         progress(Progress::After(&after));
-        Ok((config, after))
+        Ok((config, after, drives.trace))
     }
 
     async fn drive(

@@ -26,6 +26,8 @@
 //! | `recording.rs` | what was applied, and how far did the wheels go? |
 //! | `model.rs` | (1): which travel follows from which voltage? |
 //! | `regression.rs` | a first guess, from differentiated travel |
+//! | `residuals.rs` | how far is modelled travel from counts, which begin somewhere within one? |
+//! | `constants_vector.rs` | the constants as a search moves through them |
 //! | `fit.rs` | which constants explain the travel best? |
 //! | `intervals.rs` | how sure are they? |
 //! | `load_disturbance.rs` | does a slope or a cable push the robot? |

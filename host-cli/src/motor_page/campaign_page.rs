@@ -1,0 +1,106 @@
+//! The page of a campaign of motors: what is missing in their model.
+
+use std::fmt::Write;
+
+use campaign::MotorRun;
+use robot_model::drivetrain::{BaselineErrors, MotorAnswer, VoltageRecording, fit};
+
+use super::{begin, experiments, section, table};
+use crate::escape::html as escape;
+use crate::motors::{estimate, millimetres, regressor_in_words, verdict};
+
+/// So many of the effects that were tried are listed.
+const LISTED: usize = 12;
+
+/// The page.
+pub fn of_campaign(
+    name: &str,
+    runs: &[MotorRun],
+    baseline: &BaselineErrors,
+    answer: &MotorAnswer,
+) -> String {
+    let mut html = begin(name, "what its motors lack");
+    let _ = writeln!(
+        html,
+        "<p class=\"sub\">{} \u{b7} {} experiments</p>\n<h1>{}</h1>",
+        escape(name),
+        runs.len(),
+        escape(&verdict(answer))
+    );
+    effects(&mut html, answer);
+    section(
+        &mut html,
+        "Each effect alone",
+        "The error of experiments that are predicted by the others, to first order, with one effect beside kS, kV and kA.",
+    );
+    let none =
+        vec!["none".to_owned(), String::new(), millimetres(answer.baseline.cross_validated_m)];
+    let tried = answer.tried.iter().take(LISTED).map(|tried| {
+        let off = millimetres(tried.cross_validated_m);
+        vec![tried.facts.id.to_owned(), tried.facts.name.to_owned(), off]
+    });
+    table(&mut html, &["effect", "", "error"], std::iter::once(none).chain(tried));
+    section(&mut html, "The constants", "With the effects above.");
+    let constants = answer.constants.iter().map(|constant| vec![estimate(constant)]);
+    table(&mut html, &["constant, \u{b1} half a 95 % interval"], constants);
+    measured_and_modelled(&mut html, runs, baseline);
+    html.push_str("</body></html>\n");
+    html
+}
+
+fn effects(html: &mut String, answer: &MotorAnswer) {
+    for (index, step) in answer.steps.iter().enumerate() {
+        let facts = step.facts;
+        let _ = write!(
+            html,
+            "<div class=\"card\"><h3><span class=\"n\">{}</span>{}</h3><p><code>{}</code></p>",
+            index + 1,
+            escape(facts.name),
+            escape(facts.equation)
+        );
+        for parameter in &step.parameters {
+            let _ = write!(html, "<p>{}</p>", escape(&estimate(parameter)));
+        }
+        let _ = write!(
+            html,
+            "<p>The error is {} with it; chance alone does that in one of {:.0} campaigns.</p>",
+            millimetres(step.errors.cross_validated_m),
+            1.0 / step.p_value
+        );
+        if !step.class.is_empty() {
+            let class = step.class.join(", ");
+            let _ = write!(
+                html,
+                "<p class=\"class\">These experiments cannot tell it from: {}.</p>",
+                escape(&class)
+            );
+        }
+        let _ = writeln!(html, "<p>What to do: {}.</p></div>", escape(facts.remedy));
+    }
+    let unexplained = &answer.unexplained;
+    if unexplained.structure {
+        let by: Vec<_> = unexplained.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
+        let _ = writeln!(
+            html,
+            "<p class=\"class\">Unexplained: {} that no effect here explains. It depends on {}.</p>",
+            millimetres(unexplained.size_m),
+            escape(&by.join(", "))
+        );
+    }
+}
+
+fn measured_and_modelled(html: &mut String, runs: &[MotorRun], baseline: &BaselineErrors) {
+    let recordings: Vec<VoltageRecording> =
+        runs.iter().map(|run| run.experiment.recording.clone()).collect();
+    let Ok(found) = fit(&recordings) else { return };
+    section(
+        html,
+        "Measured and modelled",
+        "Measured less modelled travel, with kS, kV and kA of each wheel and direction alone; the largest errors of the table's first row first. Where a curve leaves zero, an effect is missing.",
+    );
+    let fitted = runs.iter().filter(|run| !run.experiment.held_out);
+    let mut worst: Vec<(&MotorRun, f64)> = fitted.zip(baseline.each_m.iter().copied()).collect();
+    worst.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let named = worst.iter().map(|(run, _)| (run.name.as_str(), &run.experiment.recording));
+    experiments::draw(html, &found.constants.value, named);
+}

@@ -98,10 +98,10 @@ impl Fault {
                 "check the motor's wires, the driver and its supply, the encoder's plug and supply, and whether the wheel turns freely by hand; if all are well, counts_per_rev and gear_reduction, and let `beeline tune` find what this motor needs"
             }
             Fault::EncoderReversed(Wheel::Left) => {
-                "find out with `beeline wiring` which way this wheel turns, and mend it there; or swap the encoder's A and B (encoder.left.reversed) if it turned as told, the motor's leads (motor.left.reversed) if not"
+                "set encoder.left.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
             }
             Fault::EncoderReversed(Wheel::Right) => {
-                "find out with `beeline wiring` which way this wheel turns, and mend it there; or swap the encoder's A and B (encoder.right.reversed) if it turned as told, the motor's leads (motor.right.reversed) if not"
+                "set encoder.right.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
             }
             Fault::CountRate(_) => {
                 "check counts_per_rev and gear_reduction; shield the encoder's wires"

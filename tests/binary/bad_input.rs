@@ -324,3 +324,16 @@ fn a_track_that_shows_no_drive_is_refused_and_nothing_is_changed() {
     assert_eq!(temp.read("flash"), flash);
     assert_eq!(temp.listing(), ["begun.csv", "flash", "other.csv", "still.csv"]);
 }
+
+#[test]
+fn a_robot_without_a_divider_is_told_so() {
+    let temp = TempFolder::new();
+    // As docs/boards.md says, in either order.
+    for fields in [["supply_v_min", "supply_v_max"], ["supply_v_max", "supply_v_min"]] {
+        for field in fields {
+            temp.run(&format!("config set protection.{field} 0 --save --flash {}", fields[0])).ok();
+        }
+        let robot = format!("--flash {}", fields[0]);
+        temp.run(&format!("drive straight 5cm {robot}")).ok();
+    }
+}

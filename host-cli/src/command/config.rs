@@ -112,7 +112,8 @@ fn change(common: &Common, save: bool, change: impl Fn(&Config) -> Result<Config
 fn refuse_contradiction(before: &Config, after: &Config) -> Result<()> {
     let contradicts = |config: &Config| {
         let protection = &config.protection;
-        (protection.supply_v_min >= protection.supply_v_max)
+        // Zero is no upper limit.
+        (protection.supply_v_max > 0.0 && protection.supply_v_min >= protection.supply_v_max)
             .then_some((protection.supply_v_min, protection.supply_v_max))
     };
     match (contradicts(before), contradicts(after)) {

@@ -100,7 +100,7 @@ fn believable(run: &str, samples: &[Sample], folder: &Path) -> Result<(), Campai
             format!(
                 "a row every {gap_s:.3} s: motors answer faster, so that their constants cannot be told"
             ),
-            "record at least 10 rows a second; if t_s is in milliseconds, give it in seconds",
+            "record at least 5 rows a second, better 200; if t_s is in milliseconds, give it in seconds",
         );
     }
     let fastest = samples.windows(2).filter(|pair| pair[1].t_s > pair[0].t_s).find(|pair| {

@@ -57,8 +57,7 @@ impl UntunedRobot {
             robot.listen(0.01).await;
             // Slow enough for the weakest motor at the lowest supply.
             let turn_m = TAU * config.geometry.wheel_radius_m;
-            let needed_v = self.truth[0] / change.0.min(1.0);
-            let reached_mps = (0.8 * 10.5 - needed_v).max(1.0) / (1.3 * self.truth[1]);
+            let reached_mps = (0.8 * 10.5 - self.truth[0]).max(1.0) / (1.3 * self.truth[1]);
             let cruise_mps = turn_m.min(0.5 * reached_mps).min(0.9 * config.limits.speed_mps_max);
             let acceleration = cruise_mps.min(0.9 * config.limits.acceleration_mps2_max);
             let distance_m = cruise_mps * (cruise_mps / acceleration + 1.5);

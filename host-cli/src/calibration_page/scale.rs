@@ -83,6 +83,19 @@ pub(crate) fn grid_rows(svg: &mut String, y: &Scale, range: (f64, f64), ends: (f
     }
 }
 
+/// A number with its unit at each round value of the horizontal axis, at most six or so.
+pub(crate) fn numbers_below(svg: &mut String, x: &Scale, range: (f64, f64), y: u32, unit: &str) {
+    let (stops, decimals) = ticks(range, nice_step(range.1 - range.0, 6.0));
+    for stop in stops {
+        let _ = write!(
+            svg,
+            "<text class=\"tick\" x=\"{}\" y=\"{y}\" text-anchor=\"middle\">{}{unit}</text>",
+            x.at(stop),
+            number(stop, decimals)
+        );
+    }
+}
+
 /// A line from top to bottom, and a number below it at `text_y`, at each of these values of the horizontal axis.
 pub(crate) fn grid_columns(
     svg: &mut String,

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::calibration_page::scale::{Px, Scale, bounds, grid_rows, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, bounds, grid_rows, numbers_below};
 use crate::escape::html as escape;
 
 const X: (f64, f64) = (54.0, 452.0);
@@ -36,15 +36,7 @@ pub(super) fn figure(html: &mut String, title: &str, caption: &str, unit: &str, 
         Px(X.0)
     );
     grid_rows(html, &y, range, X);
-    let (stops, decimals) = ticks(span, nice_step(span.1 - span.0, 6.0));
-    for stop in stops {
-        let _ = write!(
-            html,
-            "<text class=\"tick\" x=\"{}\" y=\"186\" text-anchor=\"middle\">{} s</text>",
-            x.at(stop),
-            number(stop, decimals)
-        );
-    }
+    numbers_below(html, &x, span, 186, " s");
     for Curve { class, points } in curves {
         let every = points.len().div_ceil(POINTS).max(1);
         let last = points.len().saturating_sub(1);

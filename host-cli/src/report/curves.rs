@@ -6,7 +6,7 @@ use robot_model::compare::{Component, Curve};
 use robot_model::estimation::SIGMAS_95;
 
 use super::campaign_report::{self, CampaignReport, legend};
-use crate::calibration_page::scale::{Px, Scale, grid_rows, nice_step, number, ticks};
+use crate::calibration_page::scale::{Px, Scale, grid_rows, numbers_below};
 
 /// At most so many drawings, the largest residuals first; more only if the residuals depend on more variables.
 const PANELS: usize = 6;
@@ -115,13 +115,5 @@ fn panel(html: &mut String, curve: &Curve, earlier: Option<&Curve>, named: bool)
 /// Lines and numbers of both axes, each with its ends.
 fn axes(html: &mut String, (x, span): (&Scale, (f64, f64)), (y, range): (&Scale, (f64, f64))) {
     grid_rows(html, y, range, X);
-    let (stops, places) = ticks(span, nice_step(span.1 - span.0, 6.0));
-    for stop in stops {
-        let _ = write!(
-            html,
-            "<text class=\"tick\" x=\"{}\" y=\"186\" text-anchor=\"middle\">{}</text>",
-            x.at(stop),
-            number(stop, places)
-        );
-    }
+    numbers_below(html, x, span, 186, "");
 }

@@ -149,7 +149,7 @@ pub struct Drives {
 impl Drives {
     /// With settings made for this robot's motors; if `motors_known`, which takes short counts, a wheel that does not answer
     /// ends the tuning.
-    pub fn with_settings_of_its_own(motors_known: bool) -> Self {
+    pub fn for_identified_motors(motors_known: bool) -> Self {
         Self { motors_known, ..Self::default() }
     }
 

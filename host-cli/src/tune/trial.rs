@@ -40,7 +40,7 @@ impl Tuner<'_> {
     ) -> Result<(Config, Outcome, Trace)> {
         self.session.write_config(&tuned).await?;
         let motors_known = meters_per_count <= experiments::COARSE_M;
-        let new_drives = || Drives::with_settings_of_its_own(motors_known);
+        let new_drives = || Drives::for_identified_motors(motors_known);
         let (mut config, mut drives) = (tuned, new_drives());
         if let Some(fault) = self.drive(&mut drives, &config, FAST).await? {
             let after = Outcome::Faulted(fault);

@@ -27,6 +27,7 @@ pub mod pose_covariance;
 pub mod probe;
 pub mod shared;
 pub mod store;
+mod switching_on;
 pub mod task;
 
 pub use control::{

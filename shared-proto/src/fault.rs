@@ -31,7 +31,7 @@ pub enum Fault {
     SupplyLow,
     /// A control tick came too late.
     DeadlineMissed,
-    /// The motor driver reports a fault of its own.
+    /// The motor driver reports a fault of its own, or turns a wheel, without a duty, as soon as it is switched on.
     Driver,
     /// The emergency stop was pressed, or commanded.
     EmergencyStop,
@@ -95,13 +95,13 @@ impl Fault {
                 "check the encoder's plug, its supply and its two lines, the motor's wires, and whether something jammed the wheel; if all are well, counts_per_rev and gear_reduction"
             }
             Fault::NoResponse(_) => {
-                "check the motor's wires, the driver and its supply, the encoder's plug and supply, and whether the wheel turns freely by hand; if all are well, counts_per_rev and gear_reduction, and let `beeline tune` find what this motor needs"
+                "check the motor's wires, the driver, driver.name and the driver's supply, the encoder's plug and supply, and whether the wheel turns freely by hand; if all are well, counts_per_rev and gear_reduction, and let `beeline tune` find what this motor needs"
             }
             Fault::EncoderReversed(Wheel::Left) => {
-                "set encoder.left.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
+                "of a new robot, check driver.name first; else set encoder.left.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
             }
             Fault::EncoderReversed(Wheel::Right) => {
-                "set encoder.right.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
+                "of a new robot, check driver.name first; else set encoder.right.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
             }
             Fault::CountRate(_) => {
                 "check counts_per_rev and gear_reduction; shield the encoder's wires"
@@ -111,7 +111,7 @@ impl Fault {
             Fault::SupplyLow => "charge the battery, or lower protection.supply_v_min",
             Fault::DeadlineMissed => "please report this: a control tick missed its deadline",
             Fault::Driver => {
-                "check the motor driver: over-current, over-temperature, or its supply"
+                "check the motor driver: over-current, over-temperature, or its supply; if a wheel moved as soon as the robot was armed, driver.name is not the driver's (docs/drivers.md), or somebody pushed the robot"
             }
             Fault::EmergencyStop => "release the emergency stop if it is pressed",
             Fault::Unsupervised => "please report this: the supervisor task stopped",

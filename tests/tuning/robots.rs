@@ -120,7 +120,7 @@ fn build_motors(plant: &mut PlantParameters, rng: &mut ChaCha8Rng) {
 }
 
 /// kS, kV, kA straight on of the left wheel, from its parts.
-pub(crate) fn constants(plant: &PlantParameters) -> [f64; 3] {
+pub fn constants(plant: &PlantParameters) -> [f64; 3] {
     let (motor, radius_m) = (&plant.motor.left, plant.geometry.wheel_radius_m.left);
     let k = motor.wheel_torque_constant_nm_per_a();
     let volts_per_nm = motor.resistance_ohm / k;

@@ -3,7 +3,7 @@
 use host_link::motion::Motion;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use shared_proto::{Config, TravelUnit, Wheel, WheelPair};
+use shared_proto::{Config, Driver, TravelUnit, Wheel, WheelPair};
 use sim_target::Scenario;
 
 use super::fault_kind::{CORE_STANDS_MS_MAX, FaultKind, OTHER_TASKS, PROGRAM, SAFETY_TASKS};
@@ -70,6 +70,8 @@ pub struct Case {
     pub config: Option<Config>,
     /// Of both encoders, a turn of the wheel.
     pub counts_per_rev: f64,
+    /// The motor driver, as it is configured.
+    pub driver: Driver,
     /// What the host commands.
     pub motion: Motion,
     /// The cruise lasts this long \[s\].
@@ -102,6 +104,9 @@ const COUNTS_PER_S_MAX: f64 = 15e3;
 /// Of so many cases as above two have other gains and a slope; one of them crawls.
 const OTHER_GAINS: [u64; 2] = [1, CRAWLS / 2];
 
+/// Of so many cases as above one has another motor driver.
+const OTHER_DRIVER: u64 = 3;
+
 /// The supply's limits of the factory configuration \[V\], and the lower one of a robot with a weak battery.
 const SUPPLY_V_MAX: f64 = 18.5;
 const WEAK_SUPPLY_V_MIN: f64 = 8.0;
@@ -131,25 +136,36 @@ impl Case {
             (config.pid, config.feedforward) = (others.pid, others.feedforward);
             config.limits.duty_max = others.duty_max;
         }
-        let phase = Phase::ALL[rng.random_range(0..Phase::ALL.len())];
+        let (driver, soldered) = drivers(seed, index);
+        if driver != Driver::default() {
+            config.get_or_insert_default().driver.name = driver;
+        }
+        let mut phase = Phase::ALL[rng.random_range(0..Phase::ALL.len())];
+        if soldered != driver {
+            // Nobody exchanges a driver that is on.
+            phase = phase.min(Phase::Idle);
+        }
         let delay_us = delay_us(rng, phase, &motion, cruise_s);
         let supply_v_min = config.as_ref().unwrap_or(&Config::default()).protection.supply_v_min;
         let supply = (supply_v, supply_v_min);
-        let shown = |kind: FaultKind| match counts_per_rev > COUNTS_PER_REV {
-            true => kind.without_noise(),
-            false => kind,
+        let shown = |kind: FaultKind| match kind {
+            FaultKind::EncoderNoise(..) if counts_per_rev > COUNTS_PER_REV => kind.without_noise(),
+            FaultKind::Driver if !driver.facts().has_fault => FaultKind::StopLine,
+            _ => kind,
         };
         let first = shown(kind(rng, phase, supply));
+        let first = if soldered != driver { FaultKind::WrongName(soldered) } else { first };
         let second = rng
             .random_bool(0.25)
             .then(|| (shown(kind(rng, phase, supply)), rng.random_range(0..60_000)))
-            .filter(|(second, _)| may_follow(*second, first));
+            .filter(|(second, _)| soldered == driver && may_follow(*second, first));
         Self {
             seed,
             index,
             scenario,
             config,
             counts_per_rev,
+            driver,
             motion,
             cruise_s,
             phase,
@@ -181,6 +197,18 @@ fn counts_per_rev(seed: u64, index: u64, cruise_mps: f64) -> f64 {
     let turn_m = std::f64::consts::TAU * Config::default().geometry.wheel_radius_m;
     let counts = rng.random_range(COUNTS_MIN.ln()..COUNTS_MAX.ln()).exp();
     counts.min(COUNTS_PER_S_MAX * turn_m / cruise_mps).round()
+}
+
+/// Which driver the robot is configured for, and which one it has; by a stream of its own, too.
+fn drivers(seed: u64, index: u64) -> (Driver, Driver) {
+    if index % OTHER_ENCODERS != OTHER_DRIVER {
+        return (Driver::default(), Driver::default());
+    }
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    rng.set_stream(u64::MAX / 4 - index);
+    let mut any = || Driver::ALL[rng.random_range(0..Driver::ALL.len())];
+    let (driver, other) = (any(), any());
+    (driver, if rng.random_bool(0.5) { other } else { driver })
 }
 
 /// The paper's robot with another battery, load, friction and driver.

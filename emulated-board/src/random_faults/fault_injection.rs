@@ -3,6 +3,7 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
+use shared_proto::Driver;
 use sim_target::plant::PlantFault;
 use sim_target::{HostWire, Testbed, now_us, sleep_until_us};
 
@@ -10,6 +11,7 @@ use super::fault_kind::FaultKind;
 use crate::bug::{Bug, Effect, Place};
 use crate::flash_array::blank;
 use crate::monitor::BoardMonitor;
+use crate::motor_driver::Wiring;
 
 /// What the host still does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +32,8 @@ pub(super) struct World {
     pub wire: HostWire,
     pub host: Rc<Cell<Host>>,
     pub supply_v: f64,
+    /// The configured motor driver.
+    pub driver: Driver,
     /// What is wrong with the supply and lasts: a dip, once it is over, does not mend it.
     pub lasting: Rc<Cell<Option<PlantFault>>>,
 }
@@ -56,6 +60,7 @@ impl World {
                     self.testbed.inject(lasting);
                 }
             }
+            FaultKind::WrongName(driver) => self.solder(driver),
             FaultKind::StopLine => self.monitor.open_stop_line(true),
             FaultKind::StopLineBounce(us) => {
                 self.monitor.open_stop_line(true);
@@ -88,6 +93,7 @@ impl World {
         }
         match kind {
             FaultKind::EncoderLine(wheel, _) => self.monitor.break_line(wheel, None),
+            FaultKind::WrongName(_) => self.solder(self.driver),
             FaultKind::StopLine => self.monitor.open_stop_line(false),
             FaultKind::LinkCut | FaultKind::LinkToRobotCut | FaultKind::LinkToHostCut => {
                 self.wire.set_cut(false)
@@ -117,6 +123,10 @@ impl World {
             FaultKind::StopButton(_) => PlantFault::EmergencyStop,
             _ => return None,
         })
+    }
+
+    fn solder(&self, driver: Driver) {
+        self.monitor.solder(Wiring { driver, ..Wiring::default() });
     }
 
     fn plant_bug(&self, place: Place, effect: Effect) {

@@ -1,6 +1,6 @@
 //! What can happen to a board and its robot.
 
-use shared_proto::Wheel;
+use shared_proto::{Driver, Wheel};
 
 use crate::bug::{Effect, Place};
 use crate::lines::{Line, LineFault};
@@ -40,6 +40,8 @@ pub enum FaultKind {
     SupplyHigh(f64),
     /// The motor driver switches off and says so.
     Driver,
+    /// The motor driver is not the configured one, but this.
+    WrongName(Driver),
     /// The stop button is pressed for so long \[ms\].
     StopButton(u16),
     /// The stop line opens, as by a cut cable.
@@ -126,6 +128,7 @@ impl FaultKind {
             FaultKind::SupplyDip(..) => "supply dips shortly",
             FaultKind::SupplyHigh(_) => "supply high",
             FaultKind::Driver => "driver's fault line",
+            FaultKind::WrongName(_) => "wrong driver.name",
             FaultKind::StopButton(_) => "stop button",
             FaultKind::StopLine => "stop line cut",
             FaultKind::StopLineBounce(_) => "stop line bounces",
@@ -177,6 +180,7 @@ impl FaultKind {
                 self,
                 FaultKind::EncodersExchanged
                     | FaultKind::MotorsExchanged
+                    | FaultKind::WrongName(_)
                     | FaultKind::LinkCut
                     | FaultKind::LinkToRobotCut
                     | FaultKind::HostDies

@@ -90,6 +90,7 @@ impl Promise {
             K::EncodersExchanged | K::MotorsExchanged => {
                 instant.of_wheel(PROTECTION_MS, blind, fault(Fault::EncodersExchanged(Wheel::Left)))
             }
+            K::WrongName(_) => instant.of_wheel(PROTECTION_MS, blind, wrong_name()),
             K::MotorCut(w) => lead_cut(w, case, instant),
             K::WheelBlocked(w) | K::WheelJammed(w) => {
                 // Stopped within a few counts: not to be told from a dead wire in time.
@@ -165,6 +166,13 @@ fn reversed(wheel: Wheel, case: &Case) -> Vec<Name> {
         faults.push(Fault::FollowingError(wheel));
     }
     faults.into_iter().map(Name::Fault).collect()
+}
+
+/// A driver that takes the lines for something else: nothing, less or the opposite. Or for the same.
+fn wrong_name() -> Vec<Name> {
+    let of_wheels = |fault: fn(Wheel) -> Fault| Wheel::BOTH.map(fault).map(Name::Fault);
+    let faults = [Fault::EncoderReversed, Fault::NoResponse].into_iter().flat_map(of_wheels);
+    faults.chain([Name::Fault(Fault::Driver), Name::Harmless]).collect()
 }
 
 /// A count that stands whatever the wheel does. At rest the loop then pushes the wheel towards its place, and nothing tells that

@@ -19,6 +19,7 @@ use super::observed::{Happened, Observed};
 use super::script::Script;
 use crate::emulation::Emulation;
 use crate::monitor::Bench;
+use crate::motor_driver::Wiring;
 
 /// After what happened last the host waits this long before it looks \[us\]: longer than any bound, but a ramp's.
 const SETTLE_US: u64 = 300_000;
@@ -40,7 +41,10 @@ const STANDS_RAD: f64 = 0.03 / 36.0;
 
 /// Runs a case on this image.
 pub fn run(image: &Path, case: &Case) -> Result<Verdict, String> {
-    let emulation = Emulation::of(image, case.scenario.clone());
+    let emulation = Emulation {
+        wiring: Wiring { driver: case.driver, ..Wiring::default() },
+        ..Emulation::of(image, case.scenario.clone())
+    };
     let copy = case.clone();
     let ended = emulation
         .run(move |bench: Bench| async move { live(bench, &copy).await })
@@ -57,6 +61,7 @@ async fn live(mut bench: Bench, case: &Case) -> Observed {
         wire: bench.wire.clone(),
         host: Rc::new(Cell::new(Host::Well)),
         supply_v: case.scenario.plant.supply.open_circuit_v,
+        driver: case.driver,
         lasting: Rc::default(),
     };
     let (due_us, happened_us) = (Rc::new(Cell::new(None)), Rc::new(Cell::new(None)));

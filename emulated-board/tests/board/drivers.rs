@@ -3,8 +3,8 @@
 use emulated_board::{Bench, Emulation, MotorEffect, Wiring};
 use host_link::motion::Motion;
 use shared_proto::{
-    Answer, AtFault, Command, Config, ConfigOrigin, Driver, DriverConfig, Refusal, State, Wheel,
-    WheelPair,
+    Answer, AtFault, Command, Config, ConfigOrigin, Driver, DriverConfig, Fault, Refusal, State,
+    TravelUnit, Wheel, WheelPair,
 };
 use sim_target::plant::PlantFault;
 use sim_target::{now_us, sleep_until_us};
@@ -237,6 +237,97 @@ fn a_driver_without_a_fault_line_ignores_the_pin_and_no_driver_is_exchanged_whil
             };
             assert_eq!(config.driver, l298n);
             robot.tell(Command::WriteConfig(config)).await;
+        })
+        .unwrap();
+    uneventful(&ended);
+}
+
+/// 5 cm, ahead or back.
+const SHORT: Motion = Motion {
+    unit: TravelUnit::Meter,
+    distance: WheelPair::both(0.05),
+    cruise: 0.1,
+    acceleration: 0.5,
+};
+/// Before a fault is named no wheel turns farther with its motor on \[mm\].
+const NAMED_MM: f64 = 10.0;
+/// A driver that takes the lines as another one does drives to the end, or, if it brakes where that one coasts, nearly \[mm\].
+const REACHED_MM: f64 = 3.0;
+/// What a wrong name may be called: by the reversed encoder's name where a push the one way is one the other way.
+const WRONG_NAME: [Fault; 3] =
+    [Fault::Driver, Fault::NoResponse(Wheel::Left), Fault::EncoderReversed(Wheel::Left)];
+
+/// One of each kind of lines that the firmware has, and of each kind of driver that takes them.
+const CONFIGURED: [Driver; 4] = [Driver::PwmDir, Driver::L298n, Driver::Drv8833, Driver::Tb6612];
+const SOLDERED: [Driver; 6] =
+    [Driver::PwmDir, Driver::Md10c, Driver::In1In2, Driver::L298n, Driver::Tb6612, Driver::Drv8871];
+
+/// A motion with a driver that is not the configured one: its fault, and how far each wheel turned in the direction of the motion
+/// until the motors were off \[mm\].
+async fn with_a_wrong_name(
+    robot: &mut Robot,
+    soldered: Driver,
+    config: DriverConfig,
+    sign: f64,
+) -> (Option<Fault>, WheelPair<f64>) {
+    robot.0.monitor.solder(Wiring { driver: soldered, ..Wiring::default() });
+    robot.configure(config).await;
+    robot.listen(20).await;
+    let before_rad = robot.0.testbed.plant(|plant| plant.wheel_angles_rad());
+    let motion = Motion { distance: WheelPair::both(0.05 * sign), ..SHORT };
+    let id = robot.cruise(&motion, 100).await;
+    while robot.status().await.state == State::Driving {
+        robot.renew(id, 30).await;
+    }
+    robot.listen(100).await;
+    let powered = robot.0.monitor.powered();
+    let after_rad = powered.last().map_or(before_rad, |powered| powered.angles_rad);
+    let turned_mm = after_rad.zip(before_rad).map(|(to, from)| (to - from) * 36.0 * sign);
+    (robot.fault().await.map(|report| report.fault), turned_mm)
+}
+
+/// The driver is the configured one again.
+async fn mend(robot: &mut Robot, driver: Driver) {
+    robot.0.monitor.solder(Wiring { driver, ..Wiring::default() });
+    robot.listen(100).await;
+    if let Some(report) = robot.fault().await {
+        robot.tell(Command::ClearFault { number: report.number }).await;
+    }
+    robot.rest().await;
+    // Drivers that coast let the wheels roll on.
+    robot.listen(200).await;
+}
+
+// One life for all, as above.
+#[test]
+fn a_wrong_name_is_found_before_a_wheel_has_turned_a_centimetre_or_does_no_harm() {
+    let ended = emulation()
+        .run(|bench| async move {
+            let mut robot = Robot::meet(bench).await;
+            let mut named_driver = 0;
+            for (i, name) in CONFIGURED.into_iter().enumerate() {
+                for (k, soldered) in SOLDERED.into_iter().enumerate() {
+                    for sign in [1.0, -1.0] {
+                        // Not even to brake may the motors of a driver of another kind stay on.
+                        let at_fault = if (i + k) % 2 == 0 { AtFault::Off } else { AtFault::Brake };
+                        let config = DriverConfig { name, at_fault, ..DriverConfig::default() };
+                        let (fault, mm) =
+                            with_a_wrong_name(&mut robot, soldered, config, sign).await;
+                        named_driver += usize::from(fault == Some(Fault::Driver));
+                        let right = match fault {
+                            None => mm.all(|mm| (mm - 50.0).abs() < REACHED_MM),
+                            Some(fault) => {
+                                WRONG_NAME.contains(&fault) && mm.all(|mm| mm.abs() < NAMED_MM)
+                            }
+                        };
+                        let case = format!("{} for {}", name.name(), soldered.name());
+                        assert!(right, "{case}, {sign}: {fault:?} after {mm:?} mm");
+                        mend(&mut robot, name).await;
+                    }
+                }
+            }
+            // Zero is full duty: two inputs high to a direction input, and to two direction inputs; those to a direction input.
+            assert_eq!(named_driver, 2 * (3 + 2));
         })
         .unwrap();
     uneventful(&ended);

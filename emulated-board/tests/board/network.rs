@@ -4,14 +4,16 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use beeline_tests::tuning::robots::constants;
 use host_cli::calibrate::{Decision, Settings, calibrate};
 use host_cli::port::{Port, SimOptions, with_robot};
 use host_cli::pose_source::Sigma;
 use host_cli::pose_source::track_file::TrackFile;
-use host_cli::tune::{self, DriveOutcome, Tuned, tune};
+use host_cli::tune::{self, DriveOutcome, tune};
 use host_link::address::Address;
 use host_link::motion::Motion;
 use shared_proto::{ConfigOrigin, WheelPair};
+use sim_target::Scenario;
 
 use super::image;
 
@@ -107,24 +109,26 @@ fn a_host_tunes_the_emulated_board_over_tcp() {
         })
         .unwrap()
     };
+    let scenario = Scenario::load(&folder.join("scenario.toml")).unwrap();
     let (emulated, config) = tuned(&port);
     let simulated = tuned(&Port::Sim(Some(folder.join("scenario.toml")))).0;
     drop(output);
     let _ = std::fs::remove_dir_all(&folder);
 
-    let of = |tuned: &Tuned| {
+    // Both against the plant's own parts. From one tuning over TCP to the next kA differs by 1 %: the motions do not begin at the
+    // same noise.
+    let expected = constants(&scenario.plant);
+    for tuned in [&emulated, &simulated] {
         let value = &tuned.fit.constants.value;
         let left = value.wheels.left;
-        [left.ks_forward_v, left.kv_v_s_per_m, value.ka_of_robot(&left).0]
-    };
-    let (found, expected) = (of(&emulated), of(&simulated));
-    let rms_m = [emulated.after.rms_m, simulated.after.rms_m];
-    println!("kS, kV, kA: emulated {found:?}, simulated {expected:?}; {rms_m:?} m");
-    for ((found, expected), share) in found.into_iter().zip(expected).zip([0.01, 0.005, 0.03]) {
-        assert!((found / expected - 1.0).abs() < share, "{found} {expected}");
+        let found = [left.ks_forward_v, left.kv_v_s_per_m, value.ka_of_robot(&left).0];
+        println!("kS, kV, kA: {found:?}, of {expected:?}; {} m rms", tuned.after.rms_m);
+        for ((found, expected), share) in found.into_iter().zip(expected).zip([0.02, 0.01, 0.05]) {
+            assert!((found / expected - 1.0).abs() < share, "{found} {expected}");
+        }
+        // A count of 0.25 mm: twice what it hides.
+        assert!(tuned.after.rms_m < 1.45e-4, "{} m", tuned.after.rms_m);
     }
-    // A count of 0.25 mm: twice what it hides.
-    assert!(rms_m[0] < 1.45e-4, "{rms_m:?}");
     let DriveOutcome::Followed(before) = emulated.before else { panic!("{:?}", emulated.before) };
     assert!(emulated.after.rms_m < 0.5 * before.rms_m, "{before:?} {:?}", emulated.after);
     assert_eq!(config.feedforward, emulated.change.1.feedforward);

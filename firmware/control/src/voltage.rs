@@ -43,7 +43,7 @@ pub struct VoltagePlan {
 
 impl VoltagePlan {
     /// Of a voltage that its [check](Voltage::check) admits.
-    #[inline(never)]
+    #[inline]
     pub fn new(voltage: &Voltage) -> Self {
         let hz = f64::from(CONTROL_HZ);
         Self {
@@ -82,6 +82,7 @@ pub enum OpenLoopStep {
 
 impl OpenLoop {
     /// Begins a plan with the wheels here, from no voltage.
+    #[inline]
     pub fn new(plan: VoltagePlan, travel: WheelPair<Travel>) -> Self {
         let volts = WheelPair::both(0);
         let (start, last) = (travel, travel);
@@ -89,17 +90,20 @@ impl OpenLoop {
     }
 
     /// Goes on with another plan, from the present voltages.
+    #[inline]
     pub fn replace(&mut self, plan: VoltagePlan, travel: WheelPair<Travel>) {
         *self = Self { volts: self.volts, ..Self::new(plan, travel) };
     }
 
     /// Ends it now.
+    #[inline]
     pub fn halt(&mut self) {
         if self.end.is_none() {
             self.finish(MotionEnd::Stopped);
         }
     }
 
+    #[inline]
     fn finish(&mut self, end: MotionEnd) {
         self.end = Some(end);
         self.ticks = 0;
@@ -107,6 +111,7 @@ impl OpenLoop {
     }
 
     /// One tick, with both wheels' travel and speed.
+    #[inline]
     pub fn step(&mut self, travel: &WheelPair<Travel>, speed: &WheelPair<Speed>) -> OpenLoopStep {
         self.ticks = self.ticks.saturating_add(1);
         let limit = |found: bool, end| found.then_some(end);
@@ -145,7 +150,7 @@ impl OpenLoop {
 }
 
 /// (2): the duty for these voltages \[2^-24 V\] on this supply, within +-`duty_max`.
-#[inline(never)]
+#[inline]
 pub fn duty_of(volts: WheelPair<i32>, supply_mv: u16, duty_max: Duty) -> WheelPair<Duty> {
     let max = duty_max.0.to_bits();
     let per_mv = 1000 << (DUTY_BITS - VOLT_BITS);

@@ -98,6 +98,11 @@ const ROLL_OUT_TICKS_MAX: u32 = 300;
 /// robot with the least friction and the largest load slows down without a brake.
 const ROLLING_TICKS_MAX: u32 = 3_000;
 
+/// Of a count: within a check it changes by far less than its lower half holds.
+fn lower_half(count: i64) -> i32 {
+    count as i32
+}
+
 /// The probe of both wheels.
 #[derive(Clone, Debug)]
 pub struct Probe {
@@ -112,7 +117,7 @@ pub struct Probe {
 #[derive(Clone, Debug)]
 enum Stage {
     /// This wheel is next, once both counts stand still.
-    Before { wheel: Wheel, last: WheelPair<i64>, still_ticks: u32, ticks_left: u32 },
+    Before { wheel: Wheel, last: WheelPair<i32>, still_ticks: u32, ticks_left: u32 },
     /// This wheel is pushed.
     Pushing { wheel: Wheel, probe: WheelProbe },
     /// Both wheels have passed.
@@ -127,6 +132,7 @@ impl Probe {
         directions: WheelPair<Direction>,
         rolling: bool,
     ) -> Self {
+        let counts = counts.map(lower_half);
         let q = Odometry::new(config).meters_per_count();
         let limits = |wheel, q| PushLimits::new(config, wheel, directions.get(wheel).sign(), q);
         let limits =
@@ -149,6 +155,7 @@ impl Probe {
 
     /// One tick, with the counts as they are now.
     pub fn step(&mut self, counts: WheelPair<i64>) -> ProbeOutcome {
+        let counts = counts.map(lower_half);
         let jumps = self.rates.as_mut().zip(counts).map(|(rate, count)| rate.jump(count));
         if jumps.any(|jump| jump != 0)
             && let Some(fault) = self.jumped(jumps)
@@ -190,7 +197,7 @@ impl Probe {
 
     /// Counts jumped. Interference, unless it was once.
     #[cold]
-    fn jumped(&mut self, jumps: WheelPair<i64>) -> Option<Fault> {
+    fn jumped(&mut self, jumps: WheelPair<i32>) -> Option<Fault> {
         match &mut self.stage {
             Stage::Before { last, .. } => {
                 *last = last.zip(jumps).map(|(count, jump)| count.wrapping_add(jump));
@@ -205,7 +212,7 @@ impl Probe {
     }
 
     /// Pushes a wheel, unless it is to stand still.
-    fn begin(&mut self, wheel: Wheel, counts: WheelPair<i64>) {
+    fn begin(&mut self, wheel: Wheel, counts: WheelPair<i32>) {
         self.stage = match self.directions.get(wheel).sign() {
             0 => match wheel {
                 Wheel::Left => Stage::Before {
@@ -229,7 +236,7 @@ impl Probe {
     }
 
     /// What follows when a wheel has passed.
-    fn after(&self, wheel: Wheel, counts: WheelPair<i64>) -> Stage {
+    fn after(&self, wheel: Wheel, counts: WheelPair<i32>) -> Stage {
         if wheel == Wheel::Right || self.directions.right == Direction::Still {
             return Stage::Done;
         }

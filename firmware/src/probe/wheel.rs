@@ -39,7 +39,7 @@ const CHANGES_MIN: u32 = 2;
 const CHANGES_OF_ONE_LINE: u32 = 3;
 /// The other wheel's count moves at most this many times [`COUNTS_MIN`] before it is looked at; more is
 /// interference.
-const OTHER_TIMES_MAX: i64 = 4;
+const OTHER_TIMES_MAX: i32 = 4;
 /// After the push the wheel may roll this long before the verdict, and three time constants more \[ticks\].
 const ROLL_TICKS: u32 = 40;
 /// Those three at most \[ticks\].
@@ -77,12 +77,12 @@ pub(super) struct PushLimits {
     hold_ticks: u32,
     /// So long the wheel may roll out.
     roll_ticks: u32,
-    counts: i64,
+    counts: i32,
     /// Of the other wheel, that tell that it is this one.
-    pub other_counts: i64,
+    pub other_counts: i32,
     /// A wheel whose count has not changed for so long stands.
     pub quiet_ticks: u32,
-    counts_per_tick_max: u64,
+    counts_per_tick_max: u32,
 }
 
 impl PushLimits {
@@ -113,10 +113,10 @@ impl PushLimits {
             roll_ticks: ROLL_TICKS + truncate(min(3.0 * constant_ticks, ROLL_TICKS_MAX), 0) as u32,
             hold_ticks: truncate(config.protection.stall_time_s * (HOLD_STALL_TIMES * hz), 0)
                 as u32,
-            other_counts: i64::from(COUNTS_MIN.max(enough / OTHERS_SHARE)),
-            counts: i64::from(enough.clamp(LONG_COUNTS_MIN, COUNTS_MIN).max(enough / FINE_SHARE)),
+            other_counts: COUNTS_MIN.max(enough / OTHERS_SHARE) as i32,
+            counts: enough.clamp(LONG_COUNTS_MIN, COUNTS_MIN).max(enough / FINE_SHARE) as i32,
             quiet_ticks: truncate(max(QUIET_S, q_m / STANDS_MPS) * hz, 0) as u32,
-            counts_per_tick_max: counts_per_tick_max(config, q),
+            counts_per_tick_max: counts_per_tick_max(config, q) as u32,
         }
     }
 }
@@ -124,18 +124,18 @@ impl PushLimits {
 /// Looks for a count that changes faster than its wheel can turn. One such change may be one loose edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RateWatch {
-    max: u64,
-    last: i64,
+    max: u32,
+    last: i32,
     too_fast: u32,
 }
 
 impl RateWatch {
-    pub fn new(limits: PushLimits, count: i64) -> Self {
+    pub fn new(limits: PushLimits, count: i32) -> Self {
         Self { max: limits.counts_per_tick_max, last: count, too_fast: 0 }
     }
 
     /// Looks at the count of one tick. How far it jumped, if no wheel turns so fast; 0 otherwise.
-    pub fn jump(&mut self, count: i64) -> i64 {
+    pub fn jump(&mut self, count: i32) -> i32 {
         let moved = count.wrapping_sub(core::mem::replace(&mut self.last, count));
         if moved.unsigned_abs() <= self.max {
             return 0;
@@ -153,20 +153,20 @@ impl RateWatch {
 /// A count that is watched from a start.
 #[derive(Clone, Copy, Debug)]
 struct Watched {
-    start: i64,
-    last: i64,
+    start: i32,
+    last: i32,
     changes: u32,
     /// The lowest and the highest.
-    range: (i64, i64),
+    range: (i32, i32),
 }
 
 impl Watched {
-    fn new(count: i64) -> Self {
+    fn new(count: i32) -> Self {
         Self { start: count, last: count, changes: 0, range: (count, count) }
     }
 
     /// How far the count has moved, once it has changed often enough.
-    fn moved(&mut self, count: i64) -> i64 {
+    fn moved(&mut self, count: i32) -> i32 {
         if count != self.last {
             self.last = count;
             self.changes = self.changes.saturating_add(1);
@@ -178,7 +178,7 @@ impl Watched {
 
 impl Watched {
     /// The count jumped: what it is watched for began as much farther on.
-    fn shift(&mut self, jump: i64) {
+    fn shift(&mut self, jump: i32) {
         for place in [&mut self.start, &mut self.last, &mut self.range.0, &mut self.range.1] {
             *place = place.wrapping_add(jump);
         }
@@ -187,7 +187,7 @@ impl Watched {
     /// Whether the count mostly goes up and down.
     fn is_of_one_line(&self) -> bool {
         let (lowest, highest) = self.range;
-        let wide = highest.wrapping_sub(lowest).saturating_mul(2) >= i64::from(self.changes);
+        let wide = highest.wrapping_sub(lowest).saturating_mul(2) >= (self.changes as i32);
         self.changes >= CHANGES_OF_ONE_LINE && !wide
     }
 }
@@ -210,7 +210,7 @@ pub(super) struct WheelProbe {
     own: Watched,
     other: Watched,
     /// Counts that tell that the other wheel's count moves.
-    other_counts: i64,
+    other_counts: i32,
     duty: i32,
     /// The sum in (1) so far.
     push: i64,
@@ -224,7 +224,7 @@ pub(super) struct WheelProbe {
 }
 
 impl WheelProbe {
-    pub fn new(limits: &PushLimits, sign: i32, own: i64, other: i64, other_counts: i64) -> Self {
+    pub fn new(limits: &PushLimits, sign: i32, own: i32, other: i32, other_counts: i32) -> Self {
         Self {
             sign,
             own: Watched::new(own),
@@ -242,14 +242,14 @@ impl WheelProbe {
 
     /// The counts jumped, the wheel's own and the other wheel's: no wheel rolled so far.
     #[cold]
-    pub fn shift(&mut self, own: i64, other: i64) {
+    pub fn shift(&mut self, own: i32, other: i32) {
         self.own.shift(own);
         self.other.shift(other);
     }
 
     /// One tick, with the wheel's own count and the other wheel's.
-    pub fn step(&mut self, limits: &PushLimits, own: i64, other: i64) -> Push {
-        let moved = self.own.moved(own).wrapping_mul(i64::from(self.sign));
+    pub fn step(&mut self, limits: &PushLimits, own: i32, other: i32) -> Push {
+        let moved = self.own.moved(own).wrapping_mul(self.sign);
         if moved >= limits.counts && !self.own.is_of_one_line() {
             return Push::Passed;
         }

@@ -15,6 +15,7 @@ use crate::probe::ProbeOutcome;
 use crate::protection::Protection;
 use crate::shared::{Action, ControlEvent, LoopSettings, Shared, SupplyLimits, Tick};
 use crate::supply::SupplyScale;
+use crate::switching_on::{SwitchingOn, rolls};
 use crate::units::{Duty, Travel};
 use crate::voltage::duty_of;
 
@@ -86,6 +87,7 @@ struct Control {
     /// Where the wheels stood before it pushed one.
     stood: WheelPair<Travel>,
     tracking: bool,
+    switching_on: SwitchingOn,
     supply_low_ticks: u32,
     supply_high_ticks: u32,
     driver: DriverConfig,
@@ -104,6 +106,7 @@ impl Control {
             probe_id: None,
             stood: WheelPair::both(Travel(I32F32::ZERO)),
             tracking: false,
+            switching_on: SwitchingOn::OVER,
             supply_low_ticks: 0,
             supply_high_ticks: 0,
             driver: settings.driver,
@@ -174,20 +177,43 @@ impl Control {
                 self.reset(&mut tick.loops);
                 Output::OFF
             }
-            Action::Rest => {
-                self.reset(&mut tick.loops);
-                Output { enabled: true, ..Output::OFF }
-            }
+            Action::Rest => self.stand(shared, tick),
             Action::Probe { id } => {
                 if self.probe_id != Some(id) {
                     self.reset(&mut tick.loops);
                     self.probe_id = Some(id);
                     self.stood = tick.measured.travel;
                 }
+                if !self.switching_on.lets_check() || !(self.enabled || rolls(&tick.measured)) {
+                    return Output { probing: true, ..self.stand(shared, tick) };
+                }
+                self.switching_on = SwitchingOn::OVER;
                 self.step_probe(shared, &tick.measured, id, supply_scale)
             }
             Action::Track => self.track(shared, tick, supply_scale),
         }
+    }
+
+    /// Zero duty, drivers on. They are switched on while the wheels stand. To a driver of another kind than the configured one
+    /// zero may be full duty: a wheel that moves as soon as they are on is a fault, and they go off, whatever is configured.
+    #[cold]
+    #[inline(never)]
+    fn stand<M: RawMutex>(&mut self, shared: &Shared<M>, tick: &mut Tick) -> Output {
+        self.reset(&mut tick.loops);
+        let measured = &tick.measured;
+        if !self.enabled {
+            if rolls(measured) {
+                self.switching_on = SwitchingOn::OVER;
+                return Output::OFF;
+            }
+            self.switching_on = SwitchingOn::begin();
+        } else if let Some(fault) =
+            self.switching_on.step(self.protection.thresholds(), measured.counts)
+        {
+            self.enabled = false;
+            shared.raise_in_tick(fault, measured.t_us);
+        }
+        Output { enabled: true, ..Output::OFF }
     }
 
     /// Voltages without feedback. What watches the loop needs a setpoint: the voltages' own limits watch instead.
@@ -212,12 +238,15 @@ impl Control {
         id: u32,
         supply_scale: i32,
     ) -> Output {
-        let mut output = Output { enabled: true, probing: true, ..Output::OFF };
+        // Wheels that still roll are waited for with the drivers as they are.
+        let mut output = Output { enabled: self.enabled, probing: true, ..Output::OFF };
         // In place: to copy it takes longer than to step it.
+        let mut waits = false;
         let outcome = shared.probe.with(|probe| {
             let check = probe.as_mut()?;
             let outcome = check.step(measured.counts);
-            if check.waits() {
+            waits = check.waits();
+            if waits {
                 self.stood = measured.travel;
             }
             if !matches!(outcome, ProbeOutcome::Running(_)) {
@@ -227,6 +256,7 @@ impl Control {
         });
         match outcome {
             Some(ProbeOutcome::Running(duty)) => {
+                output.enabled |= !waits;
                 // On a full battery, too, an unplugged encoder is found before the robot has rolled far.
                 output.duty = duty.map(|duty| self.gains.left.at_supply(duty, supply_scale));
             }

@@ -83,6 +83,11 @@ impl Protection {
         self.watching = false;
     }
 
+    /// What the wheels are compared with.
+    pub const fn thresholds(&self) -> &Thresholds {
+        &self.thresholds
+    }
+
     /// Adopts new thresholds and restarts.
     pub fn adopt(&mut self, thresholds: &Thresholds) {
         self.thresholds.clone_from(thresholds);

@@ -29,6 +29,12 @@ impl Thresholds {
             right: WheelThresholds::new(config, Wheel::Right, q.right),
         })
     }
+
+    /// A count that changes in one tick by more than this is faster than the wheel can turn.
+    #[inline]
+    pub fn counts_per_tick_max(&self, wheel: Wheel) -> u32 {
+        self.0.get(wheel).counts_per_tick_max
+    }
 }
 
 /// One wheel's thresholds; travel in steps of 2^-24 m, time in ticks.

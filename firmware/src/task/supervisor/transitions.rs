@@ -2,20 +2,16 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
-use fixed::types::I8F24;
 use shared_proto::{MotionEnd, State, Voltage, WheelPair};
 
 use super::motion_command::MotionCommand;
 use super::{PLAN_AHEAD, Supervisor};
-use crate::capture::Measured;
 use crate::hal::Store;
 use crate::probe::{Direction, Probe};
 use crate::profile::{Plan, ProfileState};
 use crate::shared::ControlOrder;
+use crate::switching_on::rolls;
 use crate::voltage::VoltagePlan;
-
-/// A wheel that is faster than this still rolls \[m/s\]: less, and it has no count in 20 ms.
-const ROLLING: I8F24 = I8F24::lit("0.01");
 
 impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Idle to armed.
@@ -34,10 +30,9 @@ impl<M: RawMutex, S: Store> Supervisor<'_, M, S> {
     /// Armed to driving; the encoder check comes first.
     pub(super) fn begin_probe(&mut self, wanted: MotionCommand, from: WheelPair<ProfileState>) {
         let id = self.next_order();
-        let Measured { counts, speed, .. } = self.shared.snapshot.get().measured;
+        let measured = self.shared.snapshot.get().measured;
         let directions = wanted.directions(&self.config);
-        let rolling = speed.any(|speed| speed.0.saturating_abs() > ROLLING);
-        let probe = Probe::new(&self.config, counts, directions, rolling);
+        let probe = Probe::new(&self.config, measured.counts, directions, rolls(&measured));
         self.probing = directions.map(|direction| direction != Direction::Still);
         self.waiting = Some((wanted, from));
         self.start_at = None;

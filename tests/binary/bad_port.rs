@@ -40,7 +40,7 @@ fn a_port_that_is_none_is_refused() {
         ("file", "file"),
         ("/tmp", "/tmp"),
         ("/dev/ttyACM0@fast", "`fast` is not a baud rate"),
-        ("/dev/ttyACM0@9600", "too slow to keep a motion alive: at least 19200"),
+        ("/dev/ttyACM0@9600", "too slow to keep a motion alive: at least 38400"),
         ("@115200", "missing"),
         ("tcp:somewhere", "tcp:HOST:PORT"),
         ("tcp:127.0.0.1:99999", "tcp:HOST:PORT"),

@@ -68,7 +68,7 @@ pub struct Cli {
 #[derive(Args, Clone, Debug)]
 pub struct Common {
     /// The robot: a serial device such as /dev/ttyACM0 or COM3, tcp:HOST:PORT, or the simulator:
-    /// sim or sim:SCENARIO.toml. A serial device runs at 921600 baud; append @BAUD, 19200 at least,
+    /// sim or sim:SCENARIO.toml. A serial device runs at 921600 baud; append @BAUD, 38400 at least,
     /// for another rate.
     #[arg(
         long,

@@ -123,6 +123,26 @@ fn a_velocity_drives_its_circle_and_ends_along_a_ramp_with_its_lease() {
 }
 
 #[test]
+fn a_velocity_whose_host_falls_silent_just_ends_whatever_silence_is_permitted() {
+    for link_timeout_s in [0.05, 0.1, 0.199, 0.2, 0.201, 0.24] {
+        for period_s in [0.02, 0.031, 0.043] {
+            on_robot(&Scenario::default(), async |robot| {
+                let mut config = robot.session.read_config().await.expect("it answers");
+                config.protection.link_timeout_s = link_timeout_s;
+                robot.session.write_config(&config).await.expect("valid");
+                robot.tell(Command::Arm { take: false }).await;
+                drive(robot, period_s, 3.0, |_| velocity(0.15, 0.6)).await;
+                robot.listen(1.5).await;
+                let status = robot.session.status().await.expect("it answers");
+                let found = (status.state, status.motion_end, status.fault);
+                let expected = (State::Armed, Some(MotionEnd::Stopped), None);
+                assert_eq!(found, expected, "{link_timeout_s} s, every {period_s} s");
+            });
+        }
+    }
+}
+
+#[test]
 fn velocities_change_without_a_jump_however_fast_they_come() {
     for period_s in [0.002, 0.005, 0.012, 0.03, 0.1] {
         on_robot(&fast_line(), async |robot| {

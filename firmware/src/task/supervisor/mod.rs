@@ -236,7 +236,8 @@ impl<'a, M: RawMutex, S: Store> Supervisor<'a, M, S> {
         let now = Instant::now();
         match self.state {
             State::Driving => {
-                if self.velocity.is_some() && now >= self.alive_until {
+                if self.velocity.is_some() && now >= self.silence() {
+                    // Whichever ends first, its time to live or the permitted silence: a velocity just ends.
                     self.begin_stop(State::Armed);
                 } else if now >= self.last_heard() + self.link_timeout() {
                     self.shared.raise(Fault::LinkLost, now.as_micros());

@@ -6,6 +6,7 @@
 //!   runs/01_straight.csv  one row per sample, SI units in the column names  -> [`Row`]
 //!   plan.toml             the runs to drive, if it was planned              -> [`plan`]
 //!   model.toml            the effects that its owner has accepted           -> [`model`]
+//!   motors.toml           the same of its motors                            -> [`motor_model`]
 //! ```
 //!
 //! ```no_run
@@ -34,6 +35,7 @@
 //! | `duplicate_runs` | runs that are copies of others, which count once |
 //! | `checks` | data that are wrong, in words |
 //! | [`model`] | `model.toml` |
+//! | [`motor_model`] | `motors.toml` |
 //! | [`plan`] | `plan.toml`, and which runs are worth driving |
 //! | [`track`], [`live_file`] | track files, complete or still being written |
 //! | `run_facts` | facts of runs, which appear together with their runs |
@@ -56,6 +58,7 @@ pub mod file;
 pub mod live_file;
 pub mod lock;
 pub mod model;
+pub mod motor_model;
 pub mod new_folders;
 pub mod os_error;
 pub mod plan;

@@ -12,8 +12,7 @@ use crate::units::Speed;
 
 /// So long a wheel that begins to turn is looked for \[ticks\].
 const TICKS: u32 = 4 * LOOK_TICKS;
-/// In so short a time at full duty a wheel reaches a tenth of its speed limit, as it has to in one of the looks. On a slope a braked
-/// wheel creeps more slowly.
+/// In one of the looks a wheel at full duty is as fast as a tenth of its speed limit. On a slope a braked wheel creeps more slowly.
 const LOOK_TICKS: u32 = 48;
 
 /// Both wheels since the drivers were switched on.
@@ -39,15 +38,14 @@ impl SwitchingOn {
         self.ticks_left <= TICKS - LOOK_TICKS
     }
 
-    /// One tick: a wheel that has moved in this look by 4 counts, and by what its speed limit lets it turn in 4 ms, is the driver's
-    /// fault.
+    /// One tick: a wheel that has moved in this look by more than [`Thresholds::counts_at_rest_max`] is the driver's fault.
     ///
     /// In one tick no wheel turns a quarter of that. A count that is half of it beyond, or a tick later, is interference.
     pub fn step(&mut self, thresholds: &Thresholds, counts: WheelPair<i64>) -> Option<Fault> {
         if self.ticks_left == 0 {
             return None;
         }
-        if self.ticks_left % LOOK_TICKS == 0 && !self.away {
+        if self.ticks_left.is_multiple_of(LOOK_TICKS) && !self.away {
             self.stood = counts.map(|counts| counts as u32);
         }
         self.ticks_left -= 1;
@@ -55,7 +53,7 @@ impl SwitchingOn {
         for wheel in Wheel::BOTH {
             let moved = (*counts.get(wheel) as u32).wrapping_sub(*self.stood.get(wheel)) as i32;
             let moved = moved.unsigned_abs();
-            let most = thresholds.counts_per_tick_max(wheel);
+            let most = thresholds.counts_at_rest_max(wheel);
             if moved > most + most / 2 {
                 return Some(Fault::CountRate(wheel));
             }

@@ -13,12 +13,16 @@ pub use findings::words::motors::{
 /// So many of the effects that were tried are listed.
 const LISTED: usize = 6;
 
-/// Prints how far the baseline is off.
-pub fn show_comparison(found: &BaselineErrors, names: &[&str]) {
+/// Prints how far the model is off, with the effects that it has.
+pub fn show_comparison(found: &BaselineErrors, names: &[&str], effects: &[&str]) {
     let BaselineErrors { errors, each_m, resolution_m, .. } = found;
     let times = errors.cross_validated_m / resolution_m;
+    let with = match effects {
+        [] => "the same kS, kV and kA for both".to_owned(),
+        effects => format!("kS, kV, kA and {}", effects.join(", ")),
+    };
     say(format_args!(
-        "The model of the motors, with the same kS, kV and kA for both, is off by {}.",
+        "The model of the motors, with {with}, is off by {}.",
         paint(BOLD, millimetres(errors.cross_validated_m))
     ));
     say(format_args!(
@@ -140,9 +144,11 @@ pub(crate) fn estimate(estimate: &Estimate) -> String {
     if !half_width_95.is_finite() {
         return format!("{name}  {value:.3}{unit}, from a single experiment");
     }
+    if half_width_95 == 0.0 {
+        return format!("{name}  {value:.3}{unit}, of which these experiments tell nothing");
+    }
     // Two digits of the half-width.
-    let digits = if half_width_95 > 0.0 { 1.0 - half_width_95.log10().floor() } else { 3.0 };
-    let digits = digits.clamp(0.0, 7.0) as usize;
+    let digits = (1.0 - half_width_95.log10().floor()).clamp(0.0, 7.0) as usize;
     format!("{name}  {value:.digits$} ± {half_width_95:.digits$}{unit}")
 }
 

@@ -229,7 +229,9 @@ impl fmt::Display for Error {
                 f,
                 "after {waited_s:.0} s the robot's clock had counted only {elapsed_s:.1} s of the motion, so the robot was stopped"
             ),
-            Self::StoppedByAnother => f.write_str("another host stopped the robot"),
+            Self::StoppedByAnother => f.write_str(
+                "another host stopped the robot, or it heard nothing for longer than protection.link_timeout_s permits",
+            ),
             Self::NotRenewed { silent_s } => write!(
                 f,
                 "the robot stopped by itself, because this computer said nothing for {silent_s:.1} s"

@@ -89,7 +89,7 @@ impl Fault {
                 "check counts_per_rev and gear_reduction; with the duty at its limit, motor wires, driver and battery too; else drive slower, raise protection.following_error_m_max, or let `beeline tune` set feedforward and gains"
             }
             Fault::Stall(_) => {
-                "free the wheel; check motor wires, driver supply, counts_per_rev and gear_reduction; a motor that nobody tuned: `beeline tune`"
+                "free the wheel; check motor wires, driver supply, driver.name, counts_per_rev and gear_reduction; a motor that nobody tuned: `beeline tune`"
             }
             Fault::EncoderDead(_) => {
                 "check the encoder's plug, its supply and its two lines, the motor's wires, and whether something jammed the wheel; if all are well, counts_per_rev and gear_reduction"
@@ -98,10 +98,10 @@ impl Fault {
                 "check the motor's wires, the driver, driver.name and the driver's supply, the encoder's plug and supply, and whether the wheel turns freely by hand; if all are well, counts_per_rev and gear_reduction, and let `beeline tune` find what this motor needs"
             }
             Fault::EncoderReversed(Wheel::Left) => {
-                "of a new robot, check driver.name first; else set encoder.left.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
+                "on a slope, try a level floor first, and of a new robot check driver.name; else set encoder.left.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
             }
             Fault::EncoderReversed(Wheel::Right) => {
-                "of a new robot, check driver.name first; else set encoder.right.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
+                "on a slope, try a level floor first, and of a new robot check driver.name; else set encoder.right.reversed to its other value with `beeline config set`, whichever of A and B or the motor's leads it is; then let `beeline wiring` find out which way the wheel turns, and mend that"
             }
             Fault::CountRate(_) => {
                 "check counts_per_rev and gear_reduction; shield the encoder's wires"
@@ -111,12 +111,12 @@ impl Fault {
             Fault::SupplyLow => "charge the battery, or lower protection.supply_v_min",
             Fault::DeadlineMissed => "please report this: a control tick missed its deadline",
             Fault::Driver => {
-                "check the motor driver: over-current, over-temperature, or its supply; if a wheel moved as soon as the robot was armed, driver.name is not the driver's (docs/drivers.md), or somebody pushed the robot"
+                "check the motor driver: over-current, over-temperature, or its supply; if a wheel moved as soon as the robot was armed, driver.name is not the driver's (docs/drivers.md), or the robot rolls down a slope, or somebody pushed it"
             }
             Fault::EmergencyStop => "release the emergency stop if it is pressed",
             Fault::Unsupervised => "please report this: the supervisor task stopped",
             Fault::EncodersExchanged(_) => {
-                "turn the left wheel by hand: if the right count changes, exchange the encoders' plugs, otherwise the motors' wires; if neither is exchanged, shield the other encoder's wires: weak interference looks the same"
+                "on a slope, try a level floor first, and of a new robot check driver.name; then turn the left wheel by hand: if the right count changes, exchange the encoders' plugs, otherwise the motors' wires; if neither is exchanged, shield the other encoder's wires: weak interference looks the same"
             }
             Fault::SupplyHigh => {
                 "if nothing braked, this supply is too high for the robot or for its divider (18.8 V with 47k and 10k); braking motors charge it: brake more slowly, or use a battery instead of a mains adapter; raise protection.supply_v_max only if driver and divider stand it"

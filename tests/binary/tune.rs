@@ -1,5 +1,6 @@
 //! `beeline tune` on the simulator.
 
+use crate::outcome::Outcome;
 use crate::temp_folder::TempFolder;
 
 fn gain(temp: &TempFolder, field: &str) -> f64 {
@@ -92,4 +93,50 @@ fn the_pages_have_the_numbers_of_the_table_and_every_experiment() {
     assert_eq!(refused.code, Some(2), "{refused:#?}");
     assert!(refused.stderr.contains("cannot write missing"), "{refused:#?}");
     assert!(!refused.stderr.contains("break-away"), "before anything moves: {refused:#?}");
+}
+
+/// Drag that the tuner does not look for.
+const DRAG: &str = "\
+name = \"drag\"
+[plant.motor_defects.left]
+drag_nms2 = 6e-4
+[plant.motor_defects.right]
+drag_nms2 = 6e-4
+";
+
+#[test]
+fn an_effect_that_motors_hide_is_added_to_their_model_and_the_error_falls() {
+    let temp = TempFolder::new();
+    temp.write("drag.toml", DRAG);
+    temp.run("tune --port sim:drag.toml --record motors").ok();
+    let error_m = |outcome: Outcome| outcome.json()["error"]["cross_validated_m"].as_f64().unwrap();
+    let before_m = error_m(temp.run("compare --drivetrain motors --json").ok());
+    let explained = temp.run("explain --drivetrain motors").ok().stdout;
+    assert!(explained.contains("1  quadratic_drag"), "{explained}");
+    let added = temp.run("model add quadratic_drag --drivetrain motors").ok().stdout;
+    assert!(added.contains("+ quadratic_drag") && added.contains("needed: without it"), "{added}");
+    // What `compare` shows from then on is the model with it.
+    let after_m = error_m(temp.run("compare --drivetrain motors --json").ok());
+    assert!(after_m < 0.3 * before_m, "{before_m} {after_m}");
+    let shown = temp.run("model show --drivetrain motors").ok().stdout;
+    assert!(shown.contains("q "), "{shown}");
+
+    let written = temp.read("motors/motors.toml");
+    for (arguments, says) in [
+        ("model add drag --drivetrain motors", "motors have no effect `drag`"),
+        ("model add quadratic_drag --drivetrain motors", "quadratic_drag is in the model already"),
+        ("model remove cogging --drivetrain motors", "cogging is not in the model of the motors"),
+        ("model add --drivetrain motors", "name an effect and a campaign"),
+        ("model add heating --drivetrain nowhere", "nowhere"),
+    ] {
+        let outcome = temp.run(arguments);
+        assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+        assert!(outcome.stderr.contains(says), "{arguments}: {}", outcome.stderr);
+    }
+    assert_eq!(temp.read("motors/motors.toml"), written, "nothing was written");
+    let removed = temp.run("model remove quadratic_drag --drivetrain motors").ok().stdout;
+    assert!(removed.contains("no effects"), "{removed}");
+    temp.write("motors/motors.toml", "[[effect]]\nid = \"magic\"\n");
+    let outcome = temp.run("compare --drivetrain motors");
+    assert!(outcome.stderr.contains("line 2") && outcome.stderr.contains("magic"), "{outcome:#?}");
 }

@@ -18,7 +18,9 @@ impl Case {
     pub fn held_off_m(&self) -> f64 {
         let config = self.config.clone().unwrap_or_default();
         let lacking = |wheel| {
-            let ks = config.feedforward.shares(wheel)[0];
+            // A wheel may stand on either side of its target.
+            let [forward, backward, ..] = config.feedforward.shares(wheel);
+            let ks = forward.min(backward);
             ((ROLLING * self.friction_share(wheel) - ks) / config.pid.kp_per_m).max(0.0)
         };
         lacking(Wheel::Left).max(lacking(Wheel::Right))

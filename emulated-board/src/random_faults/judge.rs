@@ -50,6 +50,17 @@ struct Driven {
     at_all: bool,
 }
 
+impl Driven {
+    /// Whether the motors were on for longer than promised, and so much more.
+    fn is_late(&self, bound: MotorsOff, more_ms: f64) -> bool {
+        match bound {
+            MotorsOff::NotNeeded => false,
+            MotorsOff::Within(ms) => self.ms > ms + more_ms,
+            MotorsOff::WithinOrTravel(ms, mm) => self.ms > ms + more_ms && self.mm > mm,
+        }
+    }
+}
+
 pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
     let mut wrong = observed.wrong.clone();
     if observed.happened.is_empty() {
@@ -70,12 +81,8 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         .fold(0.0, f64::max);
     let names = names(observed);
     for (happened, (promise, driven)) in observed.happened.iter().zip(&promises) {
-        // A driver that takes the lines for the same: the robot drives as far as it is told.
-        if matches!(happened.kind, FaultKind::WrongName(_)) && names[..] == [Name::Harmless] {
-            let WheelPair { left, right } = case.motion.distance.map(|m| m.abs() * 1000.0);
-            if driven.mm > left.max(right) + BEYOND_MM {
-                wrong.push(format!("drives {:.1} mm, told {left:.1}, {right:.1}", driven.mm));
-            }
+        if let Some(too_far) = drives_with_a_wrong_name(case, happened, &names, driven) {
+            wrong.extend(too_far);
             continue;
         }
         // A core that stood until the motors were switched on: nothing was missed, and whether that may be is asked below.
@@ -84,12 +91,7 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
         }
         let own_ms = if happened.kind.is_of_the_program() { 0.0 } else { delay_ms };
         let own_ms = own_ms + overlaid_ms(happened, &observed.happened);
-        let late = match promise.bound {
-            MotorsOff::NotNeeded => false,
-            MotorsOff::Within(ms) => driven.ms > ms + own_ms,
-            MotorsOff::WithinOrTravel(ms, mm) => driven.ms > ms + own_ms && driven.mm > mm,
-        };
-        if late {
+        if driven.is_late(promise.bound, own_ms) {
             let Driven { ms, mm, .. } = driven;
             wrong.push(format!(
                 "{}: driven for {ms:.2} ms and {mm:.1} mm, promised {:?}",
@@ -125,6 +127,23 @@ pub(super) fn judge(case: &Case, observed: &Observed) -> Verdict {
     let Driven { ms, at_all, .. } = promises[0].1;
     let situation = FaultInstant::new(case, &observed.timeline, &first).situation;
     Verdict { names, off_ms: ms, bound_ms, was_driven: at_all, situation, wrong }
+}
+
+/// A driver that takes the lines for the same, or nearly: the robot drives as far as it is told, or not quite. What is wrong with
+/// that, if it is such a case.
+fn drives_with_a_wrong_name(
+    case: &Case,
+    happened: &Happened,
+    names: &[Name],
+    driven: &Driven,
+) -> Option<Option<String>> {
+    let drives = |name: &Name| matches!(name, Name::Harmless | Name::Fault(Fault::Stall(_)));
+    if !matches!(happened.kind, FaultKind::WrongName(_)) || !names.iter().all(drives) {
+        return None;
+    }
+    let WheelPair { left, right } = case.motion.distance.map(|m| m.abs() * 1000.0);
+    let too_far = driven.mm > left.max(right) + BEYOND_MM;
+    Some(too_far.then(|| format!("drives {:.1} mm, told {left:.1}, {right:.1}", driven.mm)))
 }
 
 /// How much later something else happened to the same wheel \[ms\]: what the count did until then tells nothing any more.

@@ -168,10 +168,12 @@ fn reversed(wheel: Wheel, case: &Case) -> Vec<Name> {
     faults.into_iter().map(Name::Fault).collect()
 }
 
-/// A driver that takes the lines for something else: nothing, less or the opposite. Or for the same.
+/// A driver that takes the lines for something else: nothing, less or the opposite. Or for the same, or nearly: where it drives
+/// between the pulses and brakes in them, the loop may not bring a wheel to its place.
 fn wrong_name() -> Vec<Name> {
     let of_wheels = |fault: fn(Wheel) -> Fault| Wheel::BOTH.map(fault).map(Name::Fault);
-    let faults = [Fault::EncoderReversed, Fault::NoResponse].into_iter().flat_map(of_wheels);
+    let faults = [Fault::EncoderReversed, Fault::NoResponse, Fault::Stall];
+    let faults = faults.into_iter().flat_map(of_wheels);
     faults.chain([Name::Fault(Fault::Driver), Name::Harmless]).collect()
 }
 

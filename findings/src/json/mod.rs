@@ -18,4 +18,4 @@ pub use answer::{answer, data_hypotheses, errors, pair, parameters, steps};
 pub use comparison::{compared, comparison, rms};
 pub use fleet::judgement;
 pub use model::{effects, fitted, held_out};
-pub use motors::{motor_answer, motor_comparison};
+pub use motors::{chosen_effects, motor_answer, motor_comparison, motor_errors, motor_estimates};

@@ -1,20 +1,42 @@
 //! What the motors lack, as JSON.
 
-use robot_model::drivetrain::{BaselineErrors, Estimate, MotorAnswer, MotorErrors};
+use robot_model::drivetrain::{
+    BaselineErrors, ChosenEffect, ChosenModel, Estimate, MotorAnswer, MotorErrors,
+};
 use serde_json::{Value, json};
 
 use crate::words::motors::{kind_id, regressor_id};
 
-/// How far the baseline is off.
-pub fn motor_comparison(found: &BaselineErrors, names: &[&str]) -> Value {
+/// How far the model is off, with the effects that it has.
+pub fn motor_comparison(found: &BaselineErrors, names: &[&str], effects: &[&str]) -> Value {
     let each = names.iter().zip(&found.each_m);
     json!({
         "schema": 1,
-        "error": errors(&found.errors),
+        "effects": effects,
+        "error": motor_errors(&found.errors),
         "resolution_m": found.resolution_m,
         "constants": found.constants.iter().map(estimate).collect::<Vec<_>>(),
         "experiments": each.map(|(name, off_m)| json!({"name": name, "cross_validated_m": off_m})).collect::<Vec<_>>(),
     })
+}
+
+/// The effects of a user's model of the motors.
+pub fn chosen_effects(model: &ChosenModel) -> Vec<Value> {
+    let effect = |effect: &ChosenEffect| {
+        json!({
+            "effect": effect.facts.id,
+            "parameters": motor_estimates(&effect.parameters),
+            "needed": effect.matters,
+            "p_value": effect.p_value,
+            "without_m": effect.without_m,
+        })
+    };
+    model.effects.iter().map(effect).collect()
+}
+
+/// Constants of motors.
+pub fn motor_estimates(of: &[Estimate]) -> Vec<Value> {
+    of.iter().map(estimate).collect()
 }
 
 /// What is missing.
@@ -24,7 +46,7 @@ pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
             "effect": step.facts.id,
             "class": step.class,
             "parameters": step.parameters.iter().map(estimate).collect::<Vec<_>>(),
-            "error": errors(&step.errors),
+            "error": motor_errors(&step.errors),
             "size_m": step.size_m,
             "p_value": step.p_value,
             "why": step.facts.name,
@@ -40,7 +62,7 @@ pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
         "verdict": verdict,
         "experiments": answer.experiments,
         "resolution_m": answer.resolution_m,
-        "baseline": errors(&answer.baseline),
+        "baseline": motor_errors(&answer.baseline),
         "constants": answer.constants.iter().map(estimate).collect::<Vec<_>>(),
         "steps": answer.steps.iter().map(step).collect::<Vec<_>>(),
         "tried_alone": tried.collect::<Vec<_>>(),
@@ -59,7 +81,8 @@ pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
     })
 }
 
-fn errors(errors: &MotorErrors) -> Value {
+/// Errors of a model of the motors.
+pub fn motor_errors(errors: &MotorErrors) -> Value {
     json!({
         "fitted_m": errors.fitted_m,
         "cross_validated_m": errors.cross_validated_m,

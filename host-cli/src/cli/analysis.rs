@@ -110,6 +110,9 @@ pub enum ModelCommand {
     Show {
         /// The campaign folder, or a model.toml.
         campaign: PathBuf,
+        /// Show the model of the motors, motors.toml.
+        #[arg(long)]
+        drivetrain: bool,
     },
     /// Add effects, fit the model again, and show whether it improved.
     Add(AddArgs),
@@ -120,6 +123,9 @@ pub enum ModelCommand {
     Fit {
         /// The campaign folder.
         campaign: PathBuf,
+        /// Fit the model of the motors: needs voltages and counts, and no poses.
+        #[arg(long, conflicts_with = "model")]
+        drivetrain: bool,
         /// Use this model instead of the campaign's own.
         #[arg(long, value_name = "FILE")]
         model: Option<PathBuf>,
@@ -139,12 +145,16 @@ parameter to be fitted; its unit is derived, or checked if you give it.
 
 Examples:
   beeline model add wheel_radius_ratio my-robot
-  beeline model add --custom \"dtheta = k * v^2 * omega\" my-robot"
+  beeline model add --custom \"dtheta = k * v^2 * omega\" my-robot
+  beeline model add backlash --drivetrain my-motors      its motors: see `beeline explain --drivetrain`"
 )]
 pub struct AddArgs {
     /// Effects of the catalogue, then the campaign folder.
     #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
     pub what: Vec<PathBuf>,
+    /// Add effects of motors: needs voltages and counts, and no poses.
+    #[arg(long, conflicts_with_all = ["custom", "model"])]
+    pub drivetrain: bool,
     /// An effect of your own, as an equation (see below).
     #[arg(long, value_name = "EQUATION")]
     pub custom: Vec<String>,
@@ -175,6 +185,9 @@ pub struct RemoveArgs {
     /// Effects, then the campaign folder.
     #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
     pub what: Vec<PathBuf>,
+    /// Remove effects of motors.
+    #[arg(long, conflicts_with = "model")]
+    pub drivetrain: bool,
     /// Use this model instead of the campaign's own.
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,

@@ -9,6 +9,7 @@ use robot_model::recording::Campaign;
 use serde_json::json;
 
 use super::compare::{read, warn_if_single_run};
+use super::motor_model;
 use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
 use crate::error::{Error, Result};
@@ -22,10 +23,20 @@ use campaign::model::{EffectEntry, ModelFile, custom_from_equation, equation_err
 
 pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
     match command {
-        ModelCommand::Show { campaign } => show(common, campaign),
+        ModelCommand::Show { campaign, drivetrain: true } => motor_model::show(common, campaign),
+        ModelCommand::Add(args) if args.drivetrain => {
+            let (effects, campaign) = split(&args.what, true, "add --drivetrain")?;
+            motor_model::add(common, &effects, campaign)
+        }
+        ModelCommand::Remove(args) if args.drivetrain => {
+            let (effects, campaign) = split(&args.what, true, "remove --drivetrain")?;
+            motor_model::remove(common, &effects, campaign)
+        }
+        ModelCommand::Fit { campaign, drivetrain: true, .. } => motor_model::fit(common, campaign),
+        ModelCommand::Show { campaign, .. } => show(common, campaign),
         ModelCommand::Add(args) => add(common, args),
         ModelCommand::Remove(args) => remove(common, args),
-        ModelCommand::Fit { campaign, model } => {
+        ModelCommand::Fit { campaign, model, .. } => {
             let mut task = Task::new(campaign, model.as_deref())?;
             task.before.clear();
             if task.model.effects.is_empty() {

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use campaign::motor_model::MotorModelFile;
 use campaign::{Campaign, Experiments};
 use robot_model::drivetrain::{
-    EXPERIMENTS_MIN, Experiment, MissingError, baseline_errors, missing,
+    BaselineErrors, EXPERIMENTS_MIN, Experiment, MissingError, baseline_errors, fit_chosen, missing,
 };
 
 use crate::error::{Error, Result};
@@ -14,20 +15,26 @@ use crate::motors::{show_answer, show_comparison, verdict};
 use crate::ui::{say, warn};
 
 pub(super) fn compare(folder: &Path, as_json: bool) -> Result<()> {
-    let (found, experiments) = read(folder)?;
-    let errors = baseline_errors(&found.robot, &experiments).map_err(in_words)?;
+    let (_, found, experiments) = read(folder)?;
+    let effects = MotorModelFile::read_or_empty(&MotorModelFile::place(folder))?.chosen();
+    let errors = match effects.as_slice() {
+        [] => baseline_errors(&found.robot, &experiments),
+        effects => fit_chosen(&found.robot, &experiments, effects).map(BaselineErrors::from),
+    };
+    let errors = errors.map_err(in_words)?;
+    let effects: Vec<&str> = effects.iter().map(|effect| effect.facts().id).collect();
     let fitted = found.runs.iter().filter(|run| !run.experiment.held_out);
     let names: Vec<&str> = fitted.map(|run| run.name.as_str()).collect();
     if as_json {
-        say(json::motor_comparison(&errors, &names));
+        say(json::motor_comparison(&errors, &names, &effects));
     } else {
-        show_comparison(&errors, &names);
+        show_comparison(&errors, &names, &effects);
     }
     Ok(())
 }
 
 pub(super) fn explain(folder: &Path, as_json: bool, exit_code: bool) -> Result<()> {
-    let (found, experiments) = read(folder)?;
+    let (_, found, experiments) = read(folder)?;
     if !found.has_times && !as_json {
         warn("not every run has its started_s: nothing can be said about changes with time");
     }
@@ -43,14 +50,15 @@ pub(super) fn explain(folder: &Path, as_json: bool, exit_code: bool) -> Result<(
 
 /// The page of `report --drivetrain`.
 pub(super) fn page(folder: &Path) -> Result<String> {
-    let (found, experiments) = read(folder)?;
+    let (_, found, experiments) = read(folder)?;
     let answer = missing(&found.robot, &experiments).map_err(in_words)?;
     let baseline = baseline_errors(&found.robot, &experiments).map_err(in_words)?;
     let name = folder.file_name().map_or("campaign".into(), |name| name.to_string_lossy());
     Ok(motor_page::of_campaign(&name, &found.runs, &baseline, &answer))
 }
 
-fn read(folder: &Path) -> Result<(Experiments, Vec<Experiment>)> {
+/// The robot's name, and its experiments; warns of what is left out.
+pub(super) fn read(folder: &Path) -> Result<(String, Experiments, Vec<Experiment>)> {
     let campaign = Campaign::read(folder)?;
     campaign.warnings.iter().for_each(warn);
     let found = campaign.experiments(folder)?;
@@ -59,10 +67,10 @@ fn read(folder: &Path) -> Result<(Experiments, Vec<Experiment>)> {
         warn(format_args!("skipped, as there is no voltage or no motion: {names}"));
     }
     let experiments = found.runs.iter().map(|run| run.experiment.clone()).collect();
-    Ok((found, experiments))
+    Ok((campaign.robot.name, found, experiments))
 }
 
-fn in_words(error: MissingError) -> Error {
+pub(super) fn in_words(error: MissingError) -> Error {
     match error {
         MissingError::TooFew { experiments } => Error::new(format_args!(
             "{experiments} experiments are too few to tell an effect from chance; {EXPERIMENTS_MIN} are the least"

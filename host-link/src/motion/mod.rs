@@ -24,8 +24,8 @@ pub use self::velocity::{EVERY, Twist, drive_at};
 pub use self::voltage::{VoltageRun, VoltageStep, apply_voltages};
 
 use self::rest::{
-    RENEW_EVERY, bring_to_rest, faulted, is_moving, leave_as_found, left_at, standing,
-    stop_if_cancelled, wait_for_stop,
+    RENEW_EVERY, bring_to_rest, faulted, is_anothers, is_moving, leave_as_found, left_at, release,
+    standing, stop_if_cancelled, wait_for_stop,
 };
 
 /// From the command to the beginning of the recording: enough to send the command seven times.
@@ -150,21 +150,22 @@ pub async fn drive_into(
     let found = standing(session).await?;
     session.request(Command::Subscribe { period_ms: options.period_ms }).await?;
     let mut commanded = false;
+    let id = session.new_motion();
     // Telemetry of earlier motions must not be taken for this one's.
     let mut own = Vec::new();
-    let outcome = drive_armed(session, motion, &options, &mut own, progress, &mut commanded).await;
+    let outcome =
+        drive_armed(session, (motion, id), &options, &mut own, progress, &mut commanded).await;
     telemetry.append(&mut own);
     // If the link is lost, this fails as well, and the robot has stopped by itself.
     if let Err(error) = outcome {
         let rest = match commanded {
-            true => bring_to_rest(session, motion.cruise / motion.acceleration).await,
+            true => bring_to_rest(session, id, motion.cruise / motion.acceleration).await,
             false => leave_as_found(session, found).await,
         };
         telemetry.extend(session.take_all_telemetry());
         return Err(left_at(error, rest));
     }
-    session.request(Command::Disarm).await?;
-    session.request(Command::Subscribe { period_ms: 0 }).await?;
+    release(session, id).await?;
     outcome
 }
 
@@ -177,7 +178,7 @@ const LEAD_S_MAX: f64 = 4.8;
 
 async fn drive_armed(
     session: &mut Session,
-    motion: &Motion,
+    (motion, id): (&Motion, MotionId),
     options: &RecordOptions,
     telemetry: &mut Vec<Telemetry>,
     progress: &mut dyn FnMut(f64),
@@ -186,7 +187,6 @@ async fn drive_armed(
     let _stale = session.take_telemetry().count() + session.take_events().count();
     stop_if_cancelled(session)?;
     session.request(Command::Arm { take: false }).await?;
-    let id = session.new_motion();
     let start_us = start(session, motion, id, options, telemetry, commanded).await?;
 
     let begun_us = session.clock().now_us();
@@ -225,9 +225,12 @@ async fn drive_armed(
         // If the motion has just ended by a fault, the status below says so.
         session.post(Command::Renew { motion: id }).await?;
     }
-    let status = wait_for_stop(session, motion.cruise / motion.acceleration, true).await?;
+    let status = wait_for_stop(session, id, motion.cruise / motion.acceleration, true).await?;
     if let Some(report) = status.fault {
         return Err(faulted(session, report));
+    }
+    if is_anothers(&status, id) {
+        return Err(Error::StoppedByAnother);
     }
     let end = match status.motion_end {
         Some(end) => end,

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use shared_proto::{Command, Fault, FaultReport, Refusal, State};
+use shared_proto::{Command, Fault, FaultReport, MotionId, Refusal, State, Status};
 
 use crate::error::{AfterCancel, Error, Result};
 use crate::session::Session;
@@ -15,6 +15,11 @@ pub(super) const RENEW_EVERY: Duration = Duration::from_millis(30);
 /// Whether the robot drives or brakes.
 pub(super) fn is_moving(state: State) -> bool {
     matches!(state, State::Driving | State::Stopping)
+}
+
+/// Whether another motion has taken the place of this one.
+pub(super) fn is_anothers(status: &Status, own: MotionId) -> bool {
+    status.motion.is_some_and(|motion| motion != own)
 }
 
 /// An error if the session is cancelled. [`drive_into`](super::drive_into) then brings the robot to
@@ -59,11 +64,29 @@ pub(super) fn left_at(error: Error, rest: Result<State>) -> Error {
     }
 }
 
-/// Brakes, waits for the robot to stand still after a ramp of this length \[s\], and disarms it; returns its state.
-pub(super) async fn bring_to_rest(session: &mut Session, ramp_s: f64) -> Result<State> {
+/// After a motion that has ended: switches the motors off and the telemetry, unless another host drives the robot by now.
+pub(super) async fn release(session: &mut Session, own: MotionId) -> Result<()> {
+    if !is_anothers(&session.status().await?, own) {
+        session.request(Command::Disarm).await?;
+        session.request(Command::Subscribe { period_ms: 0 }).await?;
+    }
+    Ok(())
+}
+
+/// Brakes, waits for the robot to stand still after a ramp of this length \[s\], and disarms it; returns its state. A motion of
+/// another host, which has ended this one, is left alone.
+pub(super) async fn bring_to_rest(
+    session: &mut Session,
+    own: MotionId,
+    ramp_s: f64,
+) -> Result<State> {
+    let status = session.status().await?;
+    if is_anothers(&status, own) {
+        return Ok(status.state);
+    }
     // Refused if a fault has stopped the robot already.
     let _refused = session.ask(Command::Stop).await?;
-    if wait_for_stop(session, ramp_s, false).await.is_err() {
+    if wait_for_stop(session, own, ramp_s, false).await.is_err() {
         // The robot answers but does not stop, or has not answered for too long.
         let _refused = session.ask(Command::EmergencyStop).await?;
     }
@@ -83,17 +106,18 @@ pub(super) async fn leave_as_found(session: &mut Session, found: State) -> Resul
     Ok(session.status().await?.state)
 }
 
-/// Waits until the robot stands still, for as long as its ramp takes \[s\] and a little more.
+/// Waits until the robot stands still, or drives another host's motion, for as long as its ramp takes \[s\] and a little more.
 pub(super) async fn wait_for_stop(
     session: &mut Session,
+    own: MotionId,
     ramp_s: f64,
     until_cancelled: bool,
-) -> Result<shared_proto::Status> {
+) -> Result<Status> {
     const MORE_S: f64 = 5.0;
     let give_up_us = session.clock().now_us().saturating_add(((ramp_s + MORE_S) * 1e6) as u64);
     loop {
         let status = session.status().await?;
-        if !is_moving(status.state) {
+        if !is_moving(status.state) || is_anothers(&status, own) {
             return Ok(status);
         }
         if until_cancelled {
@@ -102,9 +126,7 @@ pub(super) async fn wait_for_stop(
         if session.clock().now_us() > give_up_us {
             return Err(Error::NeverStands);
         }
-        if let Some(motion) = status.motion {
-            session.post(Command::Renew { motion }).await?;
-        }
+        session.post(Command::Renew { motion: own }).await?;
         session.listen(RENEW_EVERY).await?;
     }
 }

@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use shared_proto::{Command, Refusal, Velocity};
+use shared_proto::{Command, MotionId, Refusal, Velocity};
 
 use super::ends_motion;
 use super::rest::{
-    bring_to_rest, faulted, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
+    bring_to_rest, faulted, is_anothers, leave_as_found, left_at, release, standing,
+    stop_if_cancelled, wait_for_stop,
 };
 use crate::error::{Error, Result};
 use crate::session::{LEASE, Session};
@@ -37,23 +38,31 @@ pub async fn drive_at(
     let found = standing(session).await?;
     let mut fastest_mps = 0.0_f64;
     let mut commanded = false;
-    let driven = follow(session, acceleration_mps2, wanted, &mut fastest_mps, &mut commanded).await;
+    let id = session.new_motion();
+    let driven =
+        follow(session, id, acceleration_mps2, wanted, &mut fastest_mps, &mut commanded).await;
     // How long the longest ramp takes, with a robot's turning added generously.
     let ramp_s = 2.0 * fastest_mps / acceleration_mps2;
     let Err(error) = driven else {
+        if !commanded {
+            leave_as_found(session, found).await?;
+            return Ok(());
+        }
+        if is_anothers(&session.status().await?, id) {
+            return Err(Error::StoppedByAnother);
+        }
         session
             .ask(Command::Stop)
             .await?
             .map_err(|refusal| Error::Refused { request: "stop", refusal })?;
-        let status = wait_for_stop(session, ramp_s, false).await?;
+        let status = wait_for_stop(session, id, ramp_s, false).await?;
         if let Some(report) = status.fault {
             return Err(faulted(session, report));
         }
-        session.request(Command::Disarm).await?;
-        return Ok(());
+        return release(session, id).await;
     };
     let rest = match commanded {
-        true => bring_to_rest(session, ramp_s).await,
+        true => bring_to_rest(session, id, ramp_s).await,
         false => leave_as_found(session, found).await,
     };
     Err(left_at(error, rest))
@@ -62,6 +71,7 @@ pub async fn drive_at(
 /// Commands one velocity after another; ends with the last one, or with the motion.
 async fn follow(
     session: &mut Session,
+    motion: MotionId,
     acceleration_mps2: f64,
     wanted: &mut dyn FnMut(f64) -> Option<Twist>,
     fastest_mps: &mut f64,
@@ -69,7 +79,6 @@ async fn follow(
 ) -> Result<()> {
     let _stale = session.take_events().count();
     session.request(Command::Arm { take: false }).await?;
-    let motion = session.new_motion();
     let start_us = session.clock().now_us();
     let mut renewed_us = start_us;
     loop {

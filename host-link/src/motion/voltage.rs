@@ -7,7 +7,8 @@ use shared_proto::{Command, Event, MotionEnd, MotionId, State, Telemetry, Voltag
 use super::ends_motion;
 use super::rest::RENEW_EVERY;
 use super::rest::{
-    bring_to_rest, faulted, leave_as_found, left_at, standing, stop_if_cancelled, wait_for_stop,
+    bring_to_rest, faulted, is_anothers, leave_as_found, left_at, release, standing,
+    stop_if_cancelled, wait_for_stop,
 };
 use crate::error::{Error, Result};
 use crate::session::Session;
@@ -57,18 +58,21 @@ pub async fn apply_voltages(
     let found = standing(session).await?;
     session.request(Command::Subscribe { period_ms: run.period_ms }).await?;
     let _stale = session.take_telemetry().count() + session.take_events().count();
-    let mut commanded = false;
+    let mut commanded = None;
     let outcome = apply(session, run, telemetry, &mut commanded).await;
     telemetry.extend(session.take_all_telemetry());
     if let Err(error) = outcome {
         let rest = match commanded {
-            true => bring_to_rest(session, ROLL_S_MAX).await,
-            false => leave_as_found(session, found).await,
+            Some(motion) => bring_to_rest(session, motion, ROLL_S_MAX).await,
+            None => leave_as_found(session, found).await,
         };
         return Err(left_at(error, rest));
     }
-    session.request(Command::Disarm).await?;
-    session.request(Command::Subscribe { period_ms: 0 }).await?;
+    if let Some(motion) = commanded {
+        release(session, motion).await?;
+    } else {
+        leave_as_found(session, found).await?;
+    }
     outcome
 }
 
@@ -76,10 +80,9 @@ async fn apply(
     session: &mut Session,
     run: &VoltageRun,
     telemetry: &mut Vec<Telemetry>,
-    commanded: &mut bool,
+    commanded: &mut Option<MotionId>,
 ) -> Result<MotionEnd> {
     session.request(Command::Arm { take: false }).await?;
-    let mut last = None;
     for (index, step) in run.steps.iter().enumerate() {
         stop_if_cancelled(session)?;
         let is_last = index + 1 == run.steps.len();
@@ -94,18 +97,22 @@ async fn apply(
             speed_mps_max: run.speed_mps_max,
         };
         let answer = session.ask(Command::Voltage(voltage)).await?;
-        *commanded |= answer.is_ok();
+        if answer.is_ok() {
+            *commanded = Some(motion);
+        }
         let request = if index == 0 { "apply a voltage" } else { "apply another voltage" };
         answer.map_err(|refusal| Error::Refused { request, refusal })?;
-        last = Some(motion);
         if hold(session, motion, step.duration_s, is_last, telemetry).await? {
             break;
         }
     }
-    let Some(_) = last else { return Ok(MotionEnd::Completed) };
-    let status = wait_for_stop(session, ROLL_S_MAX, true).await?;
+    let Some(last) = *commanded else { return Ok(MotionEnd::Completed) };
+    let status = wait_for_stop(session, last, ROLL_S_MAX, true).await?;
     if let Some(report) = status.fault {
         return Err(faulted(session, report));
+    }
+    if is_anothers(&status, last) {
+        return Err(Error::StoppedByAnother);
     }
     session.listen(REST).await?;
     status.motion_end.ok_or(Error::NeverEnded)

@@ -51,15 +51,17 @@ mod residuals;
 #[cfg(test)]
 mod tests;
 
-pub use effect::{MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, MotorRole};
+pub use effect::{
+    MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, MotorRole, find as find_effect,
+};
 pub use feedforward::{Added, AddedTerms};
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
 pub use gains::{Gains, GainsError, LoopFacts, design};
 pub use load_disturbance::LoadDisturbance;
 pub use missing::{
-    BaselineErrors, EXPERIMENTS_MIN, Estimate, Experiment, ExperimentKind, KnownRobot,
-    MissingError, MotorAnswer, MotorErrors, MotorRegressor, MotorStep, MotorUnexplained,
-    NextExperiment, Tried, baseline_errors, missing,
+    BaselineErrors, ChosenEffect, ChosenModel, EXPERIMENTS_MIN, Estimate, Experiment,
+    ExperimentKind, KnownRobot, MissingError, MotorAnswer, MotorErrors, MotorRegressor, MotorStep,
+    MotorUnexplained, NextExperiment, Tried, baseline_errors, fit_chosen, missing,
 };
 pub use model::{Drivetrain, WheelMotor};
 pub use recording::{Sample, VoltageRecording};

@@ -88,6 +88,22 @@ fn a_second_host_stops_the_first_one() {
     assert_eq!(robot.identify()["status"]["state"], "idle");
 }
 
+#[test]
+fn a_host_whose_drive_was_ended_leaves_the_next_drive_alone() {
+    let temp = TempFolder::new();
+    let robot = Served::start(&temp, TCP);
+    let driver = robot.spawn(DRIVE);
+    robot.wait_until_travelled(0.1);
+    robot.run("stop --now").ok();
+    robot.run("clear").ok();
+    // Until then the first host may have seen nothing but the end of its motion.
+    let next = robot.run("drive straight 15cm --cruise 0.08m/s").ok();
+    assert!(!next.stdout.contains("Stopped"), "{next:#?}");
+    let outcome = collect(driver);
+    assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+    assert!(!outcome.stderr.contains("refused"), "{outcome:#?}");
+}
+
 /// A connection to a robot's port.
 pub fn connect(robot: &Served<'_>) -> TcpStream {
     let address = robot.port().strip_prefix("tcp:").expect("a TCP port");

@@ -30,10 +30,14 @@ impl Thresholds {
         })
     }
 
-    /// A count that changes in one tick by more than this is faster than the wheel can turn.
+    /// Counts by which a wheel without a duty may have moved in 48 ms: 4, and what its speed limit lets it turn in 4 ms; 1 mm at
+    /// least, and 4 counts and 2 mm at most.
     #[inline]
-    pub fn counts_per_tick_max(&self, wheel: Wheel) -> u32 {
-        self.0.get(wheel).counts_per_tick_max
+    pub fn counts_at_rest_max(&self, wheel: Wheel) -> u32 {
+        let limits = self.0.get(wheel);
+        // `resting_error` is four counts.
+        let enough = (4 * limits.standing_advance / limits.resting_error) as u32;
+        limits.counts_per_tick_max.max(enough / 2).min(enough + 4)
     }
 }
 

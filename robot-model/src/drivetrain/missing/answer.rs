@@ -194,7 +194,7 @@ pub struct BaselineErrors {
     pub resolution_m: f64,
 }
 
-fn fitted_baseline<'a>(
+pub(super) fn fitted_baseline<'a>(
     robot: &'a KnownRobot,
     experiments: &'a [Experiment],
 ) -> Result<(Problem<'a>, Fitted), MissingError> {
@@ -220,7 +220,7 @@ fn fitted_baseline<'a>(
     Ok((problem, baseline))
 }
 
-fn constants(model: &Model, half_widths: &[f64]) -> Vec<Estimate> {
+pub(super) fn constants(model: &Model, half_widths: &[f64]) -> Vec<Estimate> {
     let names = [
         ("kS", "V"),
         ("kV", "V s/m"),
@@ -240,7 +240,11 @@ fn constants(model: &Model, half_widths: &[f64]) -> Vec<Estimate> {
     .collect()
 }
 
-fn errors(problem: &Problem<'_>, judged: &Judged, experiments: &[Experiment]) -> MotorErrors {
+pub(super) fn errors(
+    problem: &Problem<'_>,
+    judged: &Judged,
+    experiments: &[Experiment],
+) -> MotorErrors {
     let model = &judged.fitted.model;
     let (mut cost, mut samples) = (0.0, 0);
     for experiment in experiments.iter().filter(|experiment| experiment.held_out) {

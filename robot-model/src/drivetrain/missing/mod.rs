@@ -18,10 +18,12 @@
 //! | `unexplained.rs` | does anything remain that no effect explains? |
 //! | `next_experiment.rs` | which experiment would tell more? |
 //! | `answer.rs` | all of it |
+//! | `chosen.rs` | does the model predict better with effects that a user has chosen? |
 
 mod alike;
 mod answer;
 mod chance;
+mod chosen;
 mod classes;
 mod experiment;
 mod least_squares;
@@ -39,6 +41,7 @@ pub use answer::{
     BaselineErrors, EXPERIMENTS_MIN, Estimate, MissingError, MotorAnswer, MotorErrors, MotorStep,
     Tried, baseline_errors, missing,
 };
+pub use chosen::{ChosenEffect, ChosenModel, fit_chosen};
 pub use experiment::{Experiment, KnownRobot};
 pub use next_experiment::{ExperimentKind, NextExperiment};
 pub use unexplained::{MotorRegressor, MotorUnexplained};

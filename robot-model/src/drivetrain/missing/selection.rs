@@ -104,7 +104,7 @@ impl Judged {
     }
 
     /// With the modes weighted by what the model itself leaves.
-    fn reweighted<'a>(problem: &Problem<'a>, fitted: Fitted) -> (Problem<'a>, Self) {
+    pub fn reweighted<'a>(problem: &Problem<'a>, fitted: Fitted) -> (Problem<'a>, Self) {
         let problem = problem.reweighted(&fitted.costs);
         let judged = Self::new(&problem, problem.fit(fitted.model));
         (problem, judged)

@@ -3,6 +3,7 @@
 use core::f64::consts::TAU;
 
 use super::*;
+use crate::drivetrain::effect::find;
 use crate::drivetrain::recording::{Sample, VoltageRecording};
 use crate::kinematics::WheelPair;
 use crate::numeric::random::Random;
@@ -343,6 +344,26 @@ fn two_effects_are_both_found_and_held_out_experiments_confirm_them() {
     let (before, after) = (answer.baseline, answer.steps[1].errors);
     assert!(after.cross_validated_m < 0.1 * before.cross_validated_m);
     assert!(after.held_out_m.unwrap() < 0.1 * before.held_out_m.unwrap(), "{after:?} {before:?}");
+}
+
+#[test]
+fn a_chosen_effect_that_the_motors_have_is_needed_and_one_that_they_lack_is_not() {
+    let mut experiments = Motors { drag: 4.0, ..SOUND }.campaign(7);
+    for experiment in experiments.iter_mut().step_by(5) {
+        experiment.held_out = true;
+    }
+    let effects = ["quadratic_drag", "backlash"].map(|id| find(id).unwrap());
+    let [none, one, both] =
+        [0, 1, 2].map(|len| fit_chosen(&ROBOT, &experiments, &effects[..len]).unwrap());
+    let before = missing(&ROBOT, &experiments).unwrap().baseline;
+    let off_m = none.errors.cross_validated_m - before.cross_validated_m;
+    assert!(off_m.abs() < 1e-12 && none.effects.is_empty(), "as explain has it: {none:#?}");
+    assert!(one.errors.cross_validated_m < 0.15 * before.cross_validated_m, "{one:#?}");
+    assert!(one.errors.held_out_m.unwrap() < 0.15 * before.held_out_m.unwrap(), "{one:#?}");
+    assert!(one.effects[0].matters && holds(&one.effects[0].parameters[0], 4.0), "{one:#?}");
+    let needed: Vec<bool> = both.effects.iter().map(|effect| effect.matters).collect();
+    assert_eq!(needed, [true, false], "{both:#?}");
+    assert!(both.effects[0].without_m > 5.0 * both.errors.cross_validated_m);
 }
 
 #[test]

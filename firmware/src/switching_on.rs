@@ -114,6 +114,27 @@ mod tests {
     }
 
     #[test]
+    fn neither_the_speed_limit_nor_the_encoder_lets_a_wheel_at_full_duty_get_far() {
+        for speed_mps_max in [0.05, 0.4, 3.0, 20.0] {
+            for counts_per_rev in [48.0, 900.0, 20_000.0] {
+                let mut config = Config::default();
+                config.limits.speed_mps_max = speed_mps_max;
+                config.encoder.left.counts_per_rev = counts_per_rev;
+                config.encoder.right.counts_per_rev = counts_per_rev;
+                let thresholds = Thresholds::new(&config);
+                let count_m =
+                    core::f64::consts::TAU * config.geometry.wheel_radius_m / counts_per_rev;
+                let counts = thresholds.counts_at_rest_max(Wheel::Left);
+                let way_m = f64::from(counts) * count_m;
+                // 1 mm, so that a robot that creeps at 20 mm/s is let go; and 4 counts and 2 mm, or twice 4 counts.
+                let most_m = 4.0 * count_m + (4.0 * count_m).max(2e-3);
+                let case = (speed_mps_max, counts_per_rev, way_m);
+                assert!(way_m > 1e-3 - count_m && way_m <= most_m + count_m, "{case:?}");
+            }
+        }
+    }
+
+    #[test]
     fn interference_is_called_so_whenever_it_begins() {
         for counts_per_tick in 16..100 {
             for begin in 0..150 {

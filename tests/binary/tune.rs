@@ -1,5 +1,7 @@
 //! `beeline tune` on the simulator.
 
+use campaign::Campaign;
+
 use crate::outcome::Outcome;
 use crate::temp_folder::TempFolder;
 
@@ -46,8 +48,17 @@ fn wheels_without_grip_are_told() {
     temp.write("ice.toml", "name = \"ice\"\n[plant.floor]\nfriction = 0.0\n");
     let outcome = temp.run("tune --port sim:ice.toml").ok();
     assert!(outcome.stdout.contains("odd: kA is the same"), "{outcome:#?}");
+    // With its wheels up that is what they do, and a robot on its floor is odd.
+    let outcome = temp.run("tune --wheels-up --port sim:ice.toml").ok();
+    assert!(!outcome.stdout.contains("odd:"), "{outcome:#?}");
+    assert!(outcome.stdout.contains("wheels in the air"), "{outcome:#?}");
+    assert!(outcome.stdout.contains("not done: kA is that of the wheels alone"), "{outcome:#?}");
     let outcome = temp.run("tune").ok();
     assert!(!outcome.stdout.contains("odd:"), "{outcome:#?}");
+    let outcome = temp.run("tune --wheels-up -o page.html").ok();
+    assert!(outcome.stdout.contains("are both wheels in the air?"), "{outcome:#?}");
+    let page = String::from_utf8(temp.read("page.html")).unwrap();
+    assert!(page.contains("are both wheels in the air?"));
 }
 
 #[test]
@@ -60,6 +71,7 @@ fn options_that_make_no_sense_are_refused_before_anything_moves() {
         ("tune --stiffness 3", "from 0.1 to 1"),
         ("tune --undo", "nothing to undo"),
         ("tune --undo --floor 1m", "cannot be used with"),
+        ("tune --wheels-up --floor 1m", "cannot be used with"),
     ] {
         let outcome = temp.run(arguments);
         assert_eq!(outcome.code, Some(2), "{outcome:#?}");
@@ -93,6 +105,25 @@ fn the_pages_have_the_numbers_of_the_table_and_every_experiment() {
     assert_eq!(refused.code, Some(2), "{refused:#?}");
     assert!(refused.stderr.contains("cannot write missing"), "{refused:#?}");
     assert!(!refused.stderr.contains("break-away"), "before anything moves: {refused:#?}");
+}
+
+#[test]
+fn experiments_that_are_added_to_a_campaign_come_after_those_that_it_has() {
+    let temp = TempFolder::new();
+    temp.run("tune --record motors").ok();
+    let started_s = || {
+        let campaign = Campaign::read(&temp.path("motors")).unwrap();
+        let runs = campaign.runs.iter();
+        let mut all_s: Vec<f64> = runs.map(|run| run.facts.started_s.unwrap()).collect();
+        all_s.sort_by(f64::total_cmp);
+        all_s
+    };
+    let first_s = started_s();
+    temp.run("tune --record motors").ok();
+    let both_s = started_s();
+    assert_eq!(both_s[..first_s.len()], first_s, "as they were");
+    let pause_s = both_s[first_s.len()] - first_s[first_s.len() - 1];
+    assert!(both_s.len() > first_s.len() && pause_s > 60.0, "{pause_s} s");
 }
 
 /// Drag that the tuner does not look for.

@@ -119,7 +119,7 @@ impl Case {
         let (config, driven) = driven.map_err(|error| error.to_string())?;
         let writer = CampaignWriter::open(folder, &recorded::robot_of(&config))
             .map_err(|error| error.to_string())?;
-        recorded::write(&writer, &config, &driven).map_err(|error| error.to_string())?;
+        recorded::write(&writer, None, &config, &driven).map_err(|error| error.to_string())?;
         drop(writer);
         let read = Campaign::read(folder).map_err(|error| error.to_string())?;
         read.experiments(folder).map_err(|error| error.to_string())

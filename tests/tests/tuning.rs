@@ -15,7 +15,7 @@ use sim_target::plant::PlantFault;
 use sim_target::{Options, Scenario, Testbed, sleep_until_us};
 
 fn settings() -> Settings {
-    Settings { floor_m: 1.5, stiffness: 1.0, record: false, undo_folder: None }
+    Settings { floor_m: 1.5, wheels_up: false, stiffness: 1.0, record: false, undo_folder: None }
 }
 
 #[test]

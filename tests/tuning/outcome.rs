@@ -40,8 +40,13 @@ impl UntunedRobot {
         let options = Options { config: Some(self.config.clone()), ..Options::default() };
         on_robot_with(&self.scenario, options, async |robot| {
             robot.listen(0.01).await;
-            let settings =
-                Settings { floor_m: FLOOR_M, stiffness: 1.0, record: false, undo_folder: None };
+            let settings = Settings {
+                floor_m: FLOOR_M,
+                wheels_up: false,
+                stiffness: 1.0,
+                record: false,
+                undo_folder: None,
+            };
             let start = robot.snapshot().pose;
             let tuned = tune(&mut robot.session, &settings, &mut |_| {}).await;
             let ways = robot.snapshots_from(0);

@@ -100,8 +100,13 @@ coulomb_torque_nm = 0.09
 fn a_host_tunes_the_emulated_board_over_tcp() {
     let folder = std::env::temp_dir().join(format!("beeline-untuned-{}", std::process::id()));
     let (_program, port, output) = Program::listen(&folder, UNTUNED, &[]);
-    let settings =
-        tune::Settings { floor_m: 1.5, stiffness: 1.0, record: false, undo_folder: None };
+    let settings = tune::Settings {
+        floor_m: 1.5,
+        wheels_up: false,
+        stiffness: 1.0,
+        record: false,
+        undo_folder: None,
+    };
     let tuned = |port: &Port| {
         with_robot(port, &SimOptions::default(), async |session, _| {
             let tuned = tune(session, &settings, &mut |_| {}).await?;

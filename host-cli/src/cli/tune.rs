@@ -17,6 +17,7 @@ Ctrl-C. Radius, track width and encoder counts must be right beforehand: see
 
 Examples:
   beeline tune --port /dev/ttyACM0 --floor 2m
+  beeline tune --wheels-up                       motors and wiring, before the robot stands on its floor
   beeline tune --stiffness 0.5                   softer gains
   beeline tune -o tuning.html                    also a page with pictures
   beeline tune --record my-motors                keep the experiments for `beeline explain --drivetrain my-motors`
@@ -25,6 +26,10 @@ pub struct TuneArgs {
     /// Length of free floor ahead of the robot: 30cm to 100m.
     #[arg(long, value_name = "LENGTH", default_value = "1.5m", allow_hyphen_values = true, value_parser = above_zero(length))]
     pub floor: Length,
+    /// The wheels turn in the air and need no floor. kS and kV are those of the motors, kA that of the wheels alone: on its floor
+    /// the robot has to be tuned as well.
+    #[arg(long, conflicts_with = "floor")]
+    pub wheels_up: bool,
     /// Stiffness of the loop, 0.1 to 1: 1 is the stiffest that keeps its stability margin.
     #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = share)]
     pub stiffness: f64,
@@ -36,6 +41,6 @@ pub struct TuneArgs {
     #[arg(long, short, value_name = "FILE.html", value_parser = new_file_named("html"))]
     pub output: Option<PathBuf>,
     /// Restore the gains, feedforward and limits that the last tuning changed.
-    #[arg(long, conflicts_with_all = ["floor", "stiffness", "record", "output"])]
+    #[arg(long, conflicts_with_all = ["floor", "wheels_up", "stiffness", "record", "output"])]
     pub undo: bool,
 }

@@ -8,6 +8,7 @@ use host_link::Session;
 use robot_model::drivetrain::{Gains, HalfWidths, LoadDisturbance, WheelMotor};
 use serde_json::{Value, json};
 
+use crate::campaign_recorder::clock::CampaignClock;
 use crate::cli::{Common, TuneArgs};
 use crate::error::{Error, Result};
 use crate::hex::hex;
@@ -35,6 +36,7 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
     let forgets = common.port.is_sim() && common.flash.is_none();
     let settings = Settings {
         floor_m: args.floor.m,
+        wheels_up: args.wheels_up,
         stiffness: args.stiffness,
         record: args.record.is_some(),
         undo_folder: if forgets { None } else { Some(state_folder()?) },
@@ -43,14 +45,15 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
         // A simulated robot is new, and measures its supply at its first control tick.
         session.listen(std::time::Duration::from_millis(5)).await?;
         let writer = match &args.record {
-            Some(folder) => Some(writer(session, folder, common.port.is_sim()).await?),
+            Some(folder) => Some(recorder(session, folder, common.port.is_sim()).await?),
             None => None,
         };
         let mut written = Ok(0);
         let tuned = tune(session, &settings, &mut |progress| {
             tell_progress(common.json, &progress);
-            if let (Progress::Driven(config, driven), Some(writer)) = (&progress, &writer) {
-                written = recorded::write(writer, config, driven);
+            if let (Progress::Driven(config, driven), Some((writer, clock))) = (&progress, &writer)
+            {
+                written = recorded::write(writer, *clock, config, driven);
             }
         })
         .await;
@@ -108,14 +111,19 @@ fn cannot_write(page: &Path, error: &WriteError) -> Error {
         .hint(error.hint("choose another file with -o"))
 }
 
-/// A campaign folder for this robot.
-async fn writer(session: &mut Session, folder: &Path, is_sim: bool) -> Result<CampaignWriter> {
+/// A campaign folder for this robot, and its clock if it has runs already.
+async fn recorder(
+    session: &mut Session,
+    folder: &Path,
+    is_sim: bool,
+) -> Result<(CampaignWriter, Option<CampaignClock>)> {
     let mut robot = recorded::robot_of(&session.read_config().await?);
     if !is_sim {
         // A simulated robot has another uid with each seed.
         robot.uid = Some(hex(&session.identify().await?.uid));
     }
-    Ok(CampaignWriter::open(folder, &robot)?)
+    let clock = recorded::clock_of(folder, is_sim, session.status().await?.t_us)?;
+    Ok((CampaignWriter::open(folder, &robot)?, clock))
 }
 
 fn tell_progress(json: bool, progress: &Progress<'_>) {
@@ -190,7 +198,7 @@ fn print(tuned: &Tuned, forgets: bool) {
     if let Some(push) = constants.load_disturbance() {
         print_push(push);
     }
-    if let Some(words) = result_tables::odd(constants) {
+    if let Some(words) = result_tables::odd(constants, tuned.wheels_up) {
         say(format_args!("{} {words}", paint(WARN, "odd:")));
     }
     for words in result_tables::unsure(constants) {
@@ -208,12 +216,21 @@ fn print(tuned: &Tuned, forgets: bool) {
         say(format_args!("{} {words}", paint(WARN, "lowered:")));
     }
     let saved = if forgets { "written" } else { "saved" };
+    let floor = match tuned.wheels_up {
+        true => "wheels in the air".to_owned(),
+        false => format!("{:.2} m of floor", tuned.floor_used_m),
+    };
     say(format_args!(
-        "{} feedforward and gains {saved}; {:.0} s, {:.2} m of floor",
+        "{} feedforward and gains {saved}; {:.0} s, {floor}",
         paint(GOOD, "tuned:"),
         tuned.took_s,
-        tuned.floor_used_m
     ));
+    if tuned.wheels_up {
+        say(format_args!(
+            "{} kA is that of the wheels alone. On its floor the robot is heavier: run `beeline tune` there before it drives.",
+            paint(WARN, "not done:")
+        ));
+    }
     if !forgets {
         say(format_args!("{} puts the old ones back", paint(BOLD, "beeline tune --undo")));
     }

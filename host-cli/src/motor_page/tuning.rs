@@ -106,7 +106,7 @@ fn motors(html: &mut String, tuned: &Tuned) {
         fit.constants.value.delay_s * 1e3,
         fit.residual_m * 1e3
     );
-    if let Some(words) = odd(&fit.constants) {
+    if let Some(words) = odd(&fit.constants, tuned.wheels_up) {
         let _ = writeln!(html, "<p class=\"class\">Odd: {}</p>", escape(words));
     }
     for words in unsure(&fit.constants) {

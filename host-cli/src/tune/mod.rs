@@ -42,6 +42,8 @@ use crate::undo::{self, Restorable, Undo};
 pub struct Settings {
     /// How much floor there is ahead of the robot \[m\].
     pub floor_m: f64,
+    /// The wheels turn in the air, each as far as on that floor.
+    pub wheels_up: bool,
     /// 1 for the stiffest loop that keeps its margin, less for a softer one.
     pub stiffness: f64,
     /// Drives more experiments, and hands all of them over.
@@ -79,6 +81,8 @@ pub enum Progress<'a> {
 pub struct Tuned {
     /// The robot.
     pub identity: Identity,
+    /// Its wheels turned in the air.
+    pub wheels_up: bool,
     /// The motors.
     pub fit: DrivetrainFit,
     /// The gains.
@@ -209,6 +213,7 @@ impl Tuner<'_> {
                     let ended_us = self.session.status().await?.t_us;
                     return Ok(Tuned {
                         identity,
+                        wheels_up: self.settings.wheels_up,
                         fit,
                         gains,
                         before,

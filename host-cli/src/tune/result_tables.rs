@@ -67,8 +67,8 @@ pub fn unsure(of: &Constants) -> Vec<String> {
         .collect()
 }
 
-/// Whether the wheels answer as if they carried no robot.
-pub fn odd(of: &Constants) -> Option<&'static str> {
+/// Whether the wheels answer as if they carried no robot, or, in the air, as if they did.
+pub fn odd(of: &Constants, wheels_up: bool) -> Option<&'static str> {
     let [.., straight, spin] = constants(of);
     let alike = straight.wheels.into_iter().zip(spin.wheels).all(
         |((straight, straight_off), (spin, spin_off))| {
@@ -76,9 +76,15 @@ pub fn odd(of: &Constants) -> Option<&'static str> {
             (straight - spin).abs() < ALIKE * straight && off < 2.0 * ALIKE * straight
         },
     );
-    alike.then_some(
-        "kA is the same straight on and on the spot, as of wheels in the air or without grip: did the robot move as far as its wheels turned?",
-    )
+    match (alike, wheels_up) {
+        (true, false) => Some(
+            "kA is the same straight on and on the spot, as of wheels in the air or without grip: did the robot move as far as its wheels turned?",
+        ),
+        (false, true) => Some(
+            "kA is not the same straight on and on the spot, or not known well enough to tell: are both wheels in the air?",
+        ),
+        _ => None,
+    }
 }
 
 /// How well the wheels follow, in one respect.

@@ -276,6 +276,8 @@ async fn start(
             Ok(_) => return Ok(start_us),
             // So many copies of the command were lost that its time had passed.
             Err(Refusal::Motion(MotionError::Start)) => {}
+            // Before the arming there was none.
+            Err(Refusal::Faulted(report)) => return Err(faulted(session, report)),
             Err(refusal) => return Err(Error::Refused { request: "drive", refusal }),
         }
     }

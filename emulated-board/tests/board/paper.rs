@@ -173,7 +173,7 @@ fn a_control_tick_costs_what_it_did() {
 fn short_drive(mpu: bool) -> [u64; 2] {
     let ended = Emulation { count: true, mpu, ..emulation() }
         .run(|bench: Bench| async move {
-            Robot::meet(bench).await.cruise(&AHEAD, 400).await;
+            Robot::meet(bench).await.cruise(&AHEAD, 500).await;
         })
         .unwrap();
     uneventful(&ended);

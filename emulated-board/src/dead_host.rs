@@ -99,7 +99,7 @@ async fn case(bench: &Bench, number: u32, rng: &mut ChaCha8Rng) -> Found {
             [number as usize % 5];
     // From nothing to 16 MB, as many small ones as large ones.
     let len = (rng.random_range(0.0..24.0_f64).exp2() - 1.0) as usize;
-    let cruise_ms = rng.random_range(400..600);
+    let cruise_ms = rng.random_range(600..800);
     let mut session = bench.session(100 + 2 * number);
     let mut found = Found { held, len, after_us: 0, wrong: None };
     let motion = match cruise(&mut session, cruise_ms).await {

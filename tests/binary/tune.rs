@@ -59,6 +59,7 @@ fn wheels_without_grip_are_told() {
     assert!(outcome.stdout.contains("are both wheels in the air?"), "{outcome:#?}");
     let page = String::from_utf8(temp.read("page.html")).unwrap();
     assert!(page.contains("are both wheels in the air?"));
+    assert!(page.contains("With the wheels in the air: kA is that of the wheels alone"));
 }
 
 #[test]

@@ -187,7 +187,7 @@ impl Watched {
     /// Whether the count mostly goes up and down.
     fn is_of_one_line(&self) -> bool {
         let (lowest, highest) = self.range;
-        let wide = highest.wrapping_sub(lowest).saturating_mul(2) >= (self.changes as i32);
+        let wide = highest.wrapping_sub(lowest).saturating_mul(2) >= self.changes as i32;
         self.changes >= CHANGES_OF_ONE_LINE && !wide
     }
 }

@@ -226,10 +226,7 @@ fn print(tuned: &Tuned, forgets: bool) {
         tuned.took_s,
     ));
     if tuned.wheels_up {
-        say(format_args!(
-            "{} kA is that of the wheels alone. On its floor the robot is heavier: run `beeline tune` there before it drives.",
-            paint(WARN, "not done:")
-        ));
+        say(format_args!("{} {}", paint(WARN, "not done:"), result_tables::WHEELS_UP));
     }
     if !forgets {
         say(format_args!("{} puts the old ones back", paint(BOLD, "beeline tune --undo")));

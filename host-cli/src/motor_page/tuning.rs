@@ -8,7 +8,7 @@ use super::curves::{Curve, figure};
 use super::{begin, experiments, section, table};
 use crate::escape::html as escape;
 use crate::tune::result_tables::{
-    ConstantRow, FollowingRow, constants, following, lowered, odd, unsure,
+    ConstantRow, FollowingRow, WHEELS_UP, constants, following, lowered, odd, unsure,
 };
 use crate::tune::{DriveOutcome, Tuned};
 
@@ -63,6 +63,9 @@ fn header(html: &mut String, tuned: &Tuned, robot: &str) {
         escape(&before),
         tuned.after.fast_rms_m * 1e3
     );
+    if tuned.wheels_up {
+        let _ = writeln!(html, "<p class=\"class\">With the wheels in the air: {WHEELS_UP}</p>");
+    }
     for words in lowered(tuned) {
         let _ = writeln!(html, "<p class=\"class\">Lowered: {}.</p>", escape(&words));
     }

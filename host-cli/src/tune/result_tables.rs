@@ -67,6 +67,9 @@ pub fn unsure(of: &Constants) -> Vec<String> {
         .collect()
 }
 
+/// What a tuning in the air leaves undone.
+pub const WHEELS_UP: &str = "kA is that of the wheels alone. On its floor the robot is heavier: run `beeline tune` there before it drives.";
+
 /// Whether the wheels answer as if they carried no robot, or, in the air, as if they did.
 pub fn odd(of: &Constants, wheels_up: bool) -> Option<&'static str> {
     let [.., straight, spin] = constants(of);

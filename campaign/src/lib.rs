@@ -36,6 +36,7 @@
 //! | `checks` | data that are wrong, in words |
 //! | [`model`] | `model.toml` |
 //! | [`motor_model`] | `motors.toml` |
+//! | `equation_words` | what is wrong with an equation of the user's own, in words |
 //! | [`plan`] | `plan.toml`, and which runs are worth driving |
 //! | [`track`], [`live_file`] | track files, complete or still being written |
 //! | `run_facts` | facts of runs, which appear together with their runs |
@@ -53,6 +54,7 @@ pub mod bounded_text;
 mod checks;
 pub mod disk;
 mod duplicate_runs;
+mod equation_words;
 pub mod error;
 pub mod file;
 pub mod live_file;

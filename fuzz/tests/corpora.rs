@@ -129,6 +129,6 @@ macro_rules! replay {
 }
 
 replay! {
-    frames messages robot robot_toml run_csv model_toml plan_toml expression scenario track gyro config_set config_file
+    frames messages robot robot_toml run_csv model_toml motors_toml plan_toml expression motor_expression scenario track gyro config_set config_file
     quantity bag log_table wpilog controller_yaml
 }

@@ -2,7 +2,9 @@
 //!
 //! The answer is computed in `robot_model::drivetrain`; here it becomes sentences and tables.
 
-use robot_model::drivetrain::{BaselineErrors, Estimate, MotorAnswer, MotorErrors, MotorStep};
+use robot_model::drivetrain::{
+    BaselineErrors, Estimate, KnownMotorEffect, MotorAnswer, MotorErrors, MotorStep,
+};
 
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 
@@ -74,7 +76,11 @@ pub fn show_answer(answer: &MotorAnswer) {
     say(format_args!("{:<20}{:>11.3}", "none", baseline_m * 1e3));
     for tried in answer.tried.iter().take(LISTED) {
         let times = tried.cross_validated_m * 1e3;
-        say(format_args!("{:<20}{times:>11.3}  {}", tried.facts.id, tried.facts.name));
+        say(format_args!(
+            "{:<20}{times:>11.3}  {}",
+            tried.effect.facts().id,
+            tried.effect.facts().name
+        ));
     }
     say(paint(
         DIM,
@@ -99,14 +105,14 @@ pub fn show_answer(answer: &MotorAnswer) {
     if let Some(next) = &answer.next {
         let why = match next.separates.as_slice() {
             [] => "shows what the unexplained part depends on".into(),
-            ids => format!("tells {} apart", ids.join(" and ")),
+            effects => format!("tells {} apart", ids(effects).join(" and ")),
         };
         say(format_args!("next: {}: {why}.", kind_in_words(next.kind)));
     }
 }
 
 fn show_step(number: usize, step: &MotorStep) {
-    let facts = step.facts;
+    let facts = step.effect.facts();
     say(format_args!("{number}  {}  {}", paint(BOLD, facts.id), facts.name));
     say(format_args!("   {}", facts.equation));
     for parameter in &step.parameters {
@@ -119,10 +125,15 @@ fn show_step(number: usize, step: &MotorStep) {
         1.0 / step.p_value
     ));
     if !step.class.is_empty() {
-        let class = step.class.join(", ");
+        let class = ids(&step.class).join(", ");
         say(format_args!("   {} {class}", paint(WARN, "these experiments cannot tell it from:")));
     }
     say(format_args!("   what to do: {}", facts.remedy));
+}
+
+/// Ids of effects.
+pub(crate) fn ids(effects: &[KnownMotorEffect]) -> Vec<&str> {
+    effects.iter().map(|effect| effect.facts().id).collect()
 }
 
 fn show_constants(constants: &[Estimate]) {
@@ -139,7 +150,7 @@ fn show_held_out(errors: &MotorErrors) {
 
 /// `kS  0.501 ± 0.002 V`
 pub(crate) fn estimate(estimate: &Estimate) -> String {
-    let Estimate { name, unit, value, half_width_95 } = *estimate;
+    let &Estimate { ref name, ref unit, value, half_width_95 } = estimate;
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
     if !half_width_95.is_finite() {
         return format!("{name}  {value:.3}{unit}, from a single experiment");

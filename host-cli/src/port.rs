@@ -37,6 +37,9 @@ impl FromStr for Port {
     type Err = String;
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
+        if text.is_empty() {
+            return Err("it is empty: name a port, or unset BEELINE_PORT".into());
+        }
         if text == "sim" {
             return Ok(Port::Sim(None));
         }

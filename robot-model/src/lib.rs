@@ -10,6 +10,7 @@
 //! | [`calibration`] | what is W_T, and how sure is it? | [`calibration::WheelWeight`], [`calibration::fit_track`], [`calibration::OutAndBack`] |
 //! | [`recording`] | what was driven and measured? | [`recording::Campaign`], [`recording::Recording`], [`recording::OdometryNoise`] |
 //! | [`checks`] | can wheels and poses belong to one robot at all? | [`checks::data_hypotheses`], [`checks::DataFault`] |
+//! | [`expression`] | what does an expression of a user's own mean? | [`expression::ExpressionError`] |
 //! | [`effect`] | which effects are known, and what does each do to a step? | [`effect::Effect`], [`effect::CATALOGUE`], [`effect::Custom`] |
 //! | [`explain`] | which effects are missing, and which run would tell more? | [`explain::explain`], [`explain::Answer`], [`explain::model::fit`] |
 //! | [`compare`] | how far is a model off, where, and how much of it is noise? | [`compare::Comparer`] |
@@ -21,7 +22,7 @@
 //! | [`drivetrain`] | how do the motors answer, and which gains make the wheels follow? | [`drivetrain::fit`], [`drivetrain::design`] |
 //! | [`numeric`] | numerics that know nothing of robots | [`numeric::Jet`] |
 //!
-//! A room uses only those named before it here: numeric, kinematics, drivetrain, recording, checks and calibration, effect,
+//! A room uses only those named before it here: numeric, expression, kinematics, drivetrain, recording, checks and calibration, effect,
 //! estimation, clocks, selection, residuals, explain, compare and fleet.
 
 pub mod calibration;
@@ -32,6 +33,7 @@ pub mod drivetrain;
 pub mod effect;
 pub mod estimation;
 pub mod explain;
+pub mod expression;
 pub mod fleet;
 pub mod kinematics;
 pub mod numeric;

@@ -101,6 +101,15 @@ fn an_empty_name_of_the_keys_file_is_no_name() {
 }
 
 #[test]
+fn an_empty_name_of_the_port_is_no_name() {
+    let temp = TempFolder::new();
+    let mut command = temp.command(&["identify"]);
+    let outcome = collect(command.env("BEELINE_PORT", "").spawn().unwrap());
+    assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+    assert!(outcome.stderr.contains("unset BEELINE_PORT"), "{outcome:#?}");
+}
+
+#[test]
 fn what_is_wrong_is_said_in_a_few_lines_however_long_it_is() {
     let temp = TempFolder::new();
     runs_of(&temp, "mystery-robot", &[""], "robot");

@@ -171,4 +171,45 @@ fn an_effect_that_motors_hide_is_added_to_their_model_and_the_error_falls() {
     temp.write("motors/motors.toml", "[[effect]]\nid = \"magic\"\n");
     let outcome = temp.run("compare --drivetrain motors");
     assert!(outcome.stderr.contains("line 2") && outcome.stderr.contains("magic"), "{outcome:#?}");
+    temp.write("motors/motors.toml", "");
+    an_equation_is_added(&temp, before_m);
+}
+
+/// The same drag as an equation of the user's own, and what can be wrong with one.
+fn an_equation_is_added(temp: &TempFolder, before_m: f64) {
+    let add = |equation: &str, options: &[&str]| {
+        let command = ["model", "add", "--drivetrain", "motors", "--custom", equation];
+        temp.run_with(&[&command[..], options].concat(), "")
+    };
+    for (equation, options, says) in [
+        ("dV = q * v * volts", &["--unit", "q=V"][..], "dV has the unit V, but the right side"),
+        ("dV = q v", &[], "`v` cannot stand here"),
+        ("dtheta = q * v", &[], "the left side is dV, dkS, dkV or dkA"),
+        ("dV = q / v", &[], "it grows without bound when the robot stands still"),
+        ("dV = q * v", &["--per", "metre"], "cannot be used with"),
+        ("dV = q * v", &["--range", "p=0..1"], "no --custom has a parameter `p`"),
+        ("dV = q * v", &["--name", "backlash"], "`backlash` cannot be the id"),
+    ] {
+        let outcome = add(equation, options);
+        assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+        assert!(outcome.stderr.contains(says), "{equation}: {}", outcome.stderr);
+    }
+    assert_eq!(temp.read("motors/motors.toml"), b"", "nothing was written");
+    let drag = ["--name", "my_drag", "--range", "q=0..50", "--json"];
+    let added = add("dV = q * v * abs(v)", &drag).ok().json();
+    let after_m = added["after"]["cross_validated_m"].as_f64().unwrap();
+    assert!(after_m < 0.3 * before_m, "{before_m} {added:#}");
+    let effect = &added["effects"][0];
+    assert!(effect["effect"] == "my_drag" && effect["needed"] == true, "{added:#}");
+    assert_eq!(effect["parameters"][0]["unit"], "V s^2/m^2");
+    // Declared, it is a candidate, and these experiments cannot tell it from the built-in one.
+    let explained = temp.run("explain --drivetrain motors --json").ok().json();
+    let step = &explained["steps"][0];
+    let named = [&step["effect"], &step["class"][0]];
+    assert!(named.iter().any(|id| **id == "my_drag"), "{explained:#}");
+    assert!(named.iter().any(|id| **id == "quadratic_drag"), "{explained:#}");
+    let shown = temp.run("model show --drivetrain motors").ok().stdout;
+    assert!(shown.contains("my_drag") && shown.contains("dV = q * v * abs(v)"), "{shown}");
+    temp.run("model remove my_drag --drivetrain motors").ok();
+    assert!(!String::from_utf8(temp.read("motors/motors.toml")).unwrap().contains("my_drag"));
 }

@@ -2,7 +2,7 @@
 
 use campaign::Experiments;
 use robot_model::drivetrain::{
-    Experiment, MotorAnswer, MotorUnexplained, baseline_errors, missing,
+    Experiment, MotorAnswer, MotorStep, MotorUnexplained, baseline_errors, missing,
 };
 
 use super::case::{Case, Kind};
@@ -53,13 +53,10 @@ pub fn judge_recorded(seed: u64, case: &Case, found: &Experiments) -> Score {
         Ok(answer) => answer,
         Err(why) => return refused(case, &format!("{why:?}")),
     };
-    let is_named =
-        |id: &str| answer.steps.iter().any(|step| step.facts.id == id || step.class.contains(&id));
+    let is_named = |id: &str| answer.steps.iter().any(|step| answers(step).contains(&id));
     let ids: Vec<&str> = case.hidden.iter().filter_map(|hidden| hidden.id()).collect();
-    let false_alarm = answer
-        .steps
-        .iter()
-        .any(|step| !ids.contains(&step.facts.id) && !step.class.iter().any(|id| ids.contains(id)));
+    let false_alarm =
+        answer.steps.iter().any(|step| !answers(step).iter().any(|id| ids.contains(id)));
     let after_m = answer.steps.last().map_or(answer.baseline, |step| step.errors).cross_validated_m;
     let right = match case.kind {
         Kind::Strong | Kind::Weak | Kind::Two => ids.iter().all(|id| is_named(id)),
@@ -77,11 +74,7 @@ pub fn judge_recorded(seed: u64, case: &Case, found: &Experiments) -> Score {
     let said: Vec<String> = answer
         .steps
         .iter()
-        .map(|step| {
-            let class = step.class.join("|");
-            let class = if class.is_empty() { String::new() } else { format!("|{class}") };
-            format!("{}{class} {:.3} mm", step.facts.id, step.size_m * 1e3)
-        })
+        .map(|step| format!("{} {:.3} mm", answers(step).join("|"), step.size_m * 1e3))
         .collect();
     let text = format!(
         "{:?} {:?}: {}{}{} {:.3} -> {:.3} mm, counts {:.3}, {} experiments, {}, {intervals}",
@@ -97,6 +90,12 @@ pub fn judge_recorded(seed: u64, case: &Case, found: &Experiments) -> Score {
         flag(&answer.unexplained)
     );
     Score { kind: case.kind, right: Some(right), false_alarm, covers, text }
+}
+
+/// The effect that is named, and those of its class.
+fn answers(step: &MotorStep) -> Vec<&str> {
+    let all = core::iter::once(&step.effect).chain(&step.class);
+    all.map(|effect| effect.facts().id).collect()
 }
 
 fn flag(unexplained: &MotorUnexplained) -> String {
@@ -132,9 +131,11 @@ fn covers(case: &Case, answer: &MotorAnswer) -> Vec<bool> {
     if answer
         .steps
         .iter()
-        .all(|step| case.hidden.iter().any(|hidden| hidden.id() == Some(step.facts.id)))
+        .all(|step| case.hidden.iter().any(|hidden| hidden.id() == Some(step.effect.facts().id)))
         && case.hidden.iter().all(|hidden| {
-            hidden.id().is_some_and(|id| answer.steps.iter().any(|step| step.facts.id == id))
+            hidden
+                .id()
+                .is_some_and(|id| answer.steps.iter().any(|step| step.effect.facts().id == id))
         })
     {
         if case.kind == Kind::Nothing || case.hidden == [Hidden::TransportDelay] {
@@ -143,7 +144,7 @@ fn covers(case: &Case, answer: &MotorAnswer) -> Vec<bool> {
         }
         for step in &answer.steps {
             let p = &step.parameters[0];
-            match step.facts.id {
+            match step.effect.facts().id {
                 "dead_band" => hold(p.value, p.half_width_95, plant.bridge.dead_band_v),
                 "transport_delay" => {
                     // The duty of a tick is on the motor from its end on.

@@ -25,17 +25,16 @@ mod read;
 mod tests;
 mod unchecked;
 mod validate;
-mod words;
 mod write;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use robot_model::compare::EffectWithValues;
-use robot_model::effect::custom::CustomError;
 use robot_model::effect::{CATALOGUE, Custom, CustomEffect, Effect, KnownEffect};
 use robot_model::estimation::ErrorPair;
 use robot_model::explain::ParameterFound;
+use robot_model::expression::ExpressionError;
 use robot_model::recording::OdometryNoise;
 
 pub use read::{custom_from_equation, equation_error, hint_for};
@@ -144,7 +143,7 @@ impl ModelFile {
     }
 
     /// Declares an effect of the user's own. If its id is taken, a number is added to it.
-    pub fn declare(&mut self, custom: &Custom) -> Result<KnownEffect, Box<CustomError>> {
+    pub fn declare(&mut self, custom: &Custom) -> Result<KnownEffect, Box<ExpressionError>> {
         let mut custom = custom.clone();
         let wanted = custom.id.clone();
         let mut number = 1;

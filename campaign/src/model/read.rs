@@ -1,15 +1,15 @@
 //! Reads `model.toml`, with one clear error for each way it can be wrong.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use robot_model::effect::custom::{CustomError, DefinitionPart, Per, Target};
+use robot_model::effect::custom::{Per, Target};
 use robot_model::effect::{Custom, CustomEffect};
-use toml::Spanned;
+use robot_model::expression::ExpressionError;
 
 use super::unchecked::{RawCustom, RawEffect, RawModel};
-use super::{EffectEntry, FitEntry, ModelFile, validate, words};
+use super::{EffectEntry, FitEntry, ModelFile, validate};
+use crate::equation_words::{About, Declaration, values};
 use crate::{CampaignError, Place, bounded_read};
 
 impl ModelFile {
@@ -89,8 +89,8 @@ fn custom_effect(
         target,
         per,
         expression: custom.expression.get_ref().clone(),
-        units: map(&custom.unit, String::clone),
-        ranges: map(&custom.range, |range| *range),
+        units: values(&custom.unit, String::clone),
+        ranges: values(&custom.range, |range| *range),
     };
     if model.customs.iter().any(|own| own.custom().id == declared.id) {
         let problem = format!("the effect `{}` is declared twice", declared.id);
@@ -99,22 +99,16 @@ fn custom_effect(
     match declared.build() {
         Ok(effect) => Ok(effect),
         Err(error) => {
-            // The byte in the file, as long as the string has no escapes before it.
-            let inside = |text: &Spanned<String>| text.span().start + 1 + error.at.start;
-            let byte = match &error.part {
-                DefinitionPart::Id => start,
-                DefinitionPart::Target => custom.target.span().start,
-                DefinitionPart::Expression => inside(&custom.expression),
-                DefinitionPart::Unit(name) => custom.unit.get(name).map_or(start, inside),
-                DefinitionPart::Range(name) => {
-                    custom.range.get(name).map_or(start, |range| range.span().start)
-                }
+            let declaration = Declaration {
+                about: About::Path,
+                start,
+                left_side: custom.target.span().start,
+                expression: custom.expression.span().start + 1,
+                expression_text: &declared.expression,
+                unit: &custom.unit,
+                range: &custom.range,
             };
-            let mut problem = words::problem(&error.problem);
-            if error.part == DefinitionPart::Expression {
-                problem += &caret(&declared.expression, &error);
-            }
-            fail(byte, problem, words::hint(&error.problem))
+            Err(declaration.error(file, text, &error))
         }
     }
 }
@@ -158,10 +152,6 @@ fn effect_entry(
     Ok(EffectEntry { effect, parameters, in_use: entry.in_use, up_to_mps })
 }
 
-fn map<A, B>(from: &BTreeMap<String, Spanned<A>>, of: impl Fn(&A) -> B) -> BTreeMap<String, B> {
-    from.iter().map(|(name, value)| (name.clone(), of(value.get_ref()))).collect()
-}
-
 /// What to try where an effect is unknown: the nearest id, or all ids.
 pub fn hint_for(id: &str, model: &ModelFile) -> String {
     let ids: Vec<&str> = model.catalogue().iter().map(|effect| effect.facts().id).collect();
@@ -172,22 +162,12 @@ pub fn hint_for(id: &str, model: &ModelFile) -> String {
     }
 }
 
-/// The text, and on the next line carets under what is wrong.
-fn caret(text: &str, error: &CustomError) -> String {
-    let before = text.get(..error.at.start).map_or(0, |start| start.chars().count());
-    let wide = text.get(error.at.clone()).map_or(1, |wrong| wrong.chars().count()).max(1);
-    format!("\n    {text}\n    {}{}", " ".repeat(before), "^".repeat(wide))
-}
-
 /// Reads an equation from a command line; the error shows it with a caret.
 pub fn custom_from_equation(text: &str) -> Result<Custom, CampaignError> {
     Custom::from_equation(text).map_err(|error| equation_error(text, &error))
 }
 
 /// An error in an equation, with its column and a caret.
-pub fn equation_error(text: &str, error: &CustomError) -> CampaignError {
-    let column = text.get(..error.at.start).map_or(0, |start| start.chars().count()) as u64 + 1;
-    let place = Place { line: 1, column, ..Place::whole(Path::new("the equation")) };
-    let problem = words::problem(&error.problem) + &caret(text, error);
-    CampaignError::new(place, problem, words::hint(&error.problem))
+pub fn equation_error(text: &str, error: &ExpressionError) -> CampaignError {
+    About::Path.error(text, error)
 }

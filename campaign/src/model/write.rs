@@ -7,6 +7,7 @@ use robot_model::effect::Effect;
 use robot_model::estimation::Errors;
 
 use super::{FitEntry, ModelFile};
+use crate::equation_words::{one_line, quoted};
 use crate::file::{write_new, write_own};
 use crate::{CampaignError, Place};
 
@@ -100,16 +101,6 @@ impl ModelFile {
         }
         text
     }
-}
-
-/// What stands in a comment must stay one line, whatever a user's own effect is called.
-fn one_line(text: &str) -> String {
-    text.replace(|c: char| c.is_control(), " ")
-}
-
-/// A TOML string.
-fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
 }
 
 /// Six digits: more than the sigma of any parameter makes significant.

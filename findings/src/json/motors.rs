@@ -1,7 +1,7 @@
 //! What the motors lack, as JSON.
 
 use robot_model::drivetrain::{
-    BaselineErrors, ChosenEffect, ChosenModel, Estimate, MotorAnswer, MotorErrors,
+    BaselineErrors, ChosenEffect, ChosenModel, Estimate, KnownMotorEffect, MotorAnswer, MotorErrors,
 };
 use serde_json::{Value, json};
 
@@ -24,7 +24,7 @@ pub fn motor_comparison(found: &BaselineErrors, names: &[&str], effects: &[&str]
 pub fn chosen_effects(model: &ChosenModel) -> Vec<Value> {
     let effect = |effect: &ChosenEffect| {
         json!({
-            "effect": effect.facts.id,
+            "effect": effect.effect.facts().id,
             "parameters": motor_estimates(&effect.parameters),
             "needed": effect.matters,
             "p_value": effect.p_value,
@@ -43,17 +43,17 @@ pub fn motor_estimates(of: &[Estimate]) -> Vec<Value> {
 pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
     let step = |step: &robot_model::drivetrain::MotorStep| {
         json!({
-            "effect": step.facts.id,
-            "class": step.class,
+            "effect": step.effect.facts().id,
+            "class": ids(&step.class),
             "parameters": step.parameters.iter().map(estimate).collect::<Vec<_>>(),
             "error": motor_errors(&step.errors),
             "size_m": step.size_m,
             "p_value": step.p_value,
-            "why": step.facts.name,
+            "why": step.effect.facts().name,
         })
     };
     let tried = answer.tried.iter().map(
-        |tried| json!({"effect": tried.facts.id, "cross_validated_m": tried.cross_validated_m}),
+        |tried| json!({"effect": tried.effect.facts().id, "cross_validated_m": tried.cross_validated_m}),
     );
     let unexplained = &answer.unexplained;
     let depends_on = unexplained.depends_on.iter().map(|by| regressor_id(*by)).collect::<Vec<_>>();
@@ -75,7 +75,7 @@ pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
         },
         "next": answer.next.as_ref().map(|next| json!({
             "kind": kind_id(next.kind),
-            "separates": next.separates,
+            "separates": ids(&next.separates),
             "apart_m": next.apart_m,
         })),
     })
@@ -90,8 +90,12 @@ pub fn motor_errors(errors: &MotorErrors) -> Value {
     })
 }
 
+fn ids(effects: &[KnownMotorEffect]) -> Vec<&str> {
+    effects.iter().map(|effect| effect.facts().id).collect()
+}
+
 fn estimate(estimate: &Estimate) -> Value {
-    let Estimate { name, unit, value, half_width_95 } = *estimate;
+    let Estimate { name, unit, value, half_width_95 } = estimate;
     let half_width_95 = half_width_95.is_finite().then_some(half_width_95);
     json!({"name": name, "unit": unit, "value": value, "half_width_95": half_width_95})
 }

@@ -20,7 +20,7 @@ pub fn verdict(answer: &MotorAnswer) -> String {
             "{remains} The error is {baseline}, predicted by the other experiments; counts hide {hidden}."
         );
     };
-    let names: Vec<&str> = answer.steps.iter().map(|step| step.facts.name).collect();
+    let names: Vec<&str> = answer.steps.iter().map(|step| step.effect.facts().name).collect();
     let found = match names.as_slice() {
         [one] => format!("One effect is missing: {one}. With it"),
         more => format!("{} effects are missing: {}. With them", more.len(), more.join("; ")),

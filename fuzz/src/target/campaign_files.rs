@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use campaign::model::ModelFile;
+use campaign::motor_model::MotorModelFile;
 use campaign::plan::CampaignPlan;
 use campaign::{Column, RobotFile, parse_run};
+use robot_model::drivetrain::{MotorCustom, MotorEffect};
 
 use crate::bytes::text;
 
@@ -83,6 +85,25 @@ pub fn model_toml(input: &[u8]) {
     let written = model.to_text("robot");
     let again = ModelFile::parse(file, &written).unwrap_or_else(|e| panic!("{e}\n{written}"));
     assert_eq!(written, again.to_text("robot"));
+}
+
+/// `motors.toml`.
+pub fn motors_toml(input: &[u8]) {
+    let Some(text) = text(input) else { return };
+    let model = match MotorModelFile::parse(Path::new(FILE), text) {
+        Ok(model) => model,
+        Err(error) => return said(&error.to_string()),
+    };
+    for own in &model.customs {
+        for parameter in own.facts().parameters {
+            let ends = [parameter.low, parameter.high, parameter.usual];
+            assert!(ends.iter().all(|end| end.is_finite()), "{parameter:?}");
+            assert!(parameter.low < parameter.high && parameter.usual > 0.0, "{parameter:?}");
+        }
+        let again = MotorCustom::from_equation(&own.custom().equation());
+        let again = again.expect("an equation is read again");
+        assert_eq!(again.expression, own.custom().expression);
+    }
 }
 
 /// `plan.toml`.

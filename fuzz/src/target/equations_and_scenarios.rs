@@ -1,8 +1,11 @@
 //! What describes the world: equations of effects for the model, scenarios for the simulator.
 
 use campaign::model::equation_error;
-use robot_model::effect::custom::CustomError;
+use campaign::motor_model::motor_equation_error;
+use robot_model::drivetrain::effect::{Acting, Excitation, Moment};
+use robot_model::drivetrain::{MotorCustom, MotorEffect, WheelMotor};
 use robot_model::effect::{Custom, Effect, Memory};
+use robot_model::expression::ExpressionError;
 use robot_model::kinematics::WheelPair;
 use robot_model::numeric::Jet;
 use robot_model::recording::Step;
@@ -13,7 +16,7 @@ use crate::bytes::text;
 /// `dtheta = k * v^2 * omega`, as on the command line.
 pub fn expression(input: &[u8]) {
     let Some(text) = text(input) else { return };
-    let points = |error: &CustomError, text: &str| {
+    let points = |error: &ExpressionError, text: &str| {
         assert!(text.get(error.at.clone()).is_some(), "{error:?} in {text:?}");
         let told = equation_error(text, error);
         assert!(!told.problem.is_empty() && !told.hint.is_empty(), "{error:?}");
@@ -40,6 +43,57 @@ pub fn expression(input: &[u8]) {
             acts(&effect, &start, &step);
             let doubled: Vec<f64> = start.iter().map(|value| 2.0 * value + 1.0).collect();
             acts(&effect, &doubled, &step);
+        }
+    }
+}
+
+/// `dV = q * v * abs(v)`, of the motors.
+pub fn motor_expression(input: &[u8]) {
+    let Some(text) = text(input) else { return };
+    let points = |error: &ExpressionError, text: &str| {
+        assert!(text.get(error.at.clone()).is_some(), "{error:?} in {text:?}");
+        let told = motor_equation_error(text, error);
+        assert!(!told.problem.is_empty() && !told.hint.is_empty(), "{error:?}");
+    };
+    let custom = match MotorCustom::from_equation(text) {
+        Ok(custom) => custom,
+        Err(error) => return points(&error, text),
+    };
+    let again = MotorCustom::from_equation(&custom.equation()).expect("an equation is read again");
+    assert_eq!(custom, again);
+    let effect = match custom.build() {
+        Ok(effect) => effect,
+        Err(error) => return points(&error, &custom.expression),
+    };
+    let motor = WheelMotor {
+        ks_forward_v: 0.5,
+        ks_backward_v: 0.5,
+        kv_v_s_per_m: 24.0,
+        ka_v_s2_per_m: 0.7,
+    };
+    let excitation =
+        Excitation { speed_mps_max: 0.4, gear_reduction: 1.0, counts_per_wheel_turn: 900.0 };
+    for start in effect.starts(&excitation) {
+        for (speed, volts) in [(0.0, 0.0), (0.3, 7.0), (-0.2, -5.0)] {
+            let moment = Moment {
+                side: 1.0,
+                speed_mps: (speed, -speed),
+                volts: (volts, 3.0),
+                turns: 7.7,
+                t_s: 12.0,
+                since_pause_s: f64::INFINITY,
+                heading_rad: 0.3,
+            };
+            let before = Acting { volts, motor };
+            let mut after = before;
+            effect.act(&start, &moment, &mut after);
+            assert_eq!(after, before, "{start:?} at {moment:?}");
+            let doubled: Vec<f64> = start.iter().map(|value| 2.0 * value + 1.0).collect();
+            effect.act(&doubled, &moment, &mut after);
+            let of_motor = [after.motor.ks_forward_v, after.motor.kv_v_s_per_m];
+            let inertia = after.motor.ka_v_s2_per_m;
+            assert!(after.volts.is_finite() && inertia.is_finite() && inertia > 0.0, "{after:?}");
+            assert!(of_motor.iter().all(|k| k.is_finite() && *k >= 0.0), "{after:?}");
         }
     }
 }

@@ -62,11 +62,15 @@ targets! {
         "numbers in the ranges of their columns, times that increase; written and read the same";
     "model_toml" 4096 Some("model_toml"), campaign_files::model_toml,
         "written and read the same; numbers finite";
+    "motors_toml" 4096 Some("model_toml"), campaign_files::motors_toml,
+        "an effect of the user's own that is read has finite ranges and usual sizes";
     "plan_toml" 4096 Some("plan_toml"), campaign_files::plan_toml,
         "written and read the same; every run ends within the hour";
     "expression" 512 Some("expression"), equations_and_scenarios::expression,
         "an error points into the text; the equation is read the same again; what is built changes nothing at \
          zero, and never by what is not finite";
+    "motor_expression" 512 Some("expression"), equations_and_scenarios::motor_expression,
+        "the same of an equation of the motors, which changes nothing at amplitudes of zero";
     "scenario" 4096 Some("scenario"), equations_and_scenarios::scenario,
         "written and read the same; a robot of it stays finite";
     "track" 4096 Some("table"), tables::track,

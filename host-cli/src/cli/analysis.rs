@@ -143,22 +143,26 @@ omega, a, a_left, a_right, theta, phi_left, phi_right, s, t, t_run, payload; sin
 sqrt, tanh, abs, sign, min, max; numbers, with a unit if need be: 0.3[m/s]. Every other name is a
 parameter to be fitted; its unit is derived, or checked if you give it.
 
+With --drivetrain the left side is dV (volts that the motor needs), dkS (friction), dkV or dkA, followed
+by _left or _right for one motor. On its right: v, v_other, volts, volts_other, phi, theta, t, side.
+
 Examples:
   beeline model add wheel_radius_ratio my-robot
   beeline model add --custom \"dtheta = k * v^2 * omega\" my-robot
-  beeline model add backlash --drivetrain my-motors      its motors: see `beeline explain --drivetrain`"
+  beeline model add backlash --drivetrain my-motors      its motors: see `beeline explain --drivetrain`
+  beeline model add --custom \"dkS_right = k * max(0, cos(phi))\" --drivetrain my-motors"
 )]
 pub struct AddArgs {
     /// Effects of the catalogue, then the campaign folder.
     #[arg(required = true, value_name = "EFFECT... CAMPAIGN")]
     pub what: Vec<PathBuf>,
     /// Add effects of motors: needs voltages and counts, and no poses.
-    #[arg(long, conflicts_with_all = ["custom", "model"])]
+    #[arg(long, conflicts_with_all = ["model", "per"])]
     pub drivetrain: bool,
     /// An effect of your own, as an equation (see below).
     #[arg(long, value_name = "EQUATION")]
     pub custom: Vec<String>,
-    /// Its name in model.toml.
+    /// Its name in model.toml, or in motors.toml.
     #[arg(long, value_name = "ID", requires = "custom")]
     pub name: Vec<String>,
     /// What the left side is divided by, if the equation does not say: second, metre or radian.

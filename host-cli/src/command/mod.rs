@@ -15,6 +15,7 @@ mod identify;
 mod import;
 mod key;
 mod model;
+mod model_arguments;
 mod motor_model;
 mod motors;
 mod ports;

@@ -9,6 +9,7 @@ use robot_model::recording::Campaign;
 use serde_json::json;
 
 use super::compare::{read, warn_if_single_run};
+use super::model_arguments::{equations, split};
 use super::motor_model;
 use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
@@ -19,19 +20,16 @@ use crate::table::{Cell, Table, wrapped};
 use crate::ui::{BAD, BOLD, DIM, GOOD, paint, runs, say, warn};
 use crate::{json, words};
 use campaign::lock::FolderLock;
-use campaign::model::{EffectEntry, ModelFile, custom_from_equation, equation_error, hint_for};
+use campaign::model::{EffectEntry, ModelFile, equation_error, hint_for};
+
+/// An effect and a campaign, where one forgets them.
+const EXAMPLE: &str = "side_slip my-robot";
 
 pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
     match command {
         ModelCommand::Show { campaign, drivetrain: true } => motor_model::show(common, campaign),
-        ModelCommand::Add(args) if args.drivetrain => {
-            let (effects, campaign) = split(&args.what, true, "add --drivetrain")?;
-            motor_model::add(common, &effects, campaign)
-        }
-        ModelCommand::Remove(args) if args.drivetrain => {
-            let (effects, campaign) = split(&args.what, true, "remove --drivetrain")?;
-            motor_model::remove(common, &effects, campaign)
-        }
+        ModelCommand::Add(args) if args.drivetrain => motor_model::add(common, args),
+        ModelCommand::Remove(args) if args.drivetrain => motor_model::remove(common, args),
         ModelCommand::Fit { campaign, drivetrain: true, .. } => motor_model::fit(common, campaign),
         ModelCommand::Show { campaign, .. } => show(common, campaign),
         ModelCommand::Add(args) => add(common, args),
@@ -55,13 +53,9 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
 }
 
 fn add(common: &Common, args: &AddArgs) -> Result<()> {
-    let (effects, campaign) = split(&args.what, args.custom.is_empty(), "add")?;
+    let (effects, campaign) = split(&args.what, args.custom.is_empty(), "add", EXAMPLE)?;
     let mut task = Task::new(campaign, args.model.as_deref())?;
-    let customs = customs(&args.custom, &args.unit, &args.range)?;
-    for (index, mut custom) in customs.into_iter().enumerate() {
-        if let Some(name) = args.name.get(index) {
-            custom.id.clone_from(name);
-        }
+    for mut custom in equations::<Custom>(args)? {
         if let Some(per) = args.per {
             custom.per = per;
         }
@@ -83,7 +77,7 @@ fn add(common: &Common, args: &AddArgs) -> Result<()> {
 }
 
 fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
-    let (effects, campaign) = split(&args.what, true, "remove")?;
+    let (effects, campaign) = split(&args.what, true, "remove", EXAMPLE)?;
     let mut task = Task::new(campaign, args.model.as_deref())?;
     for id in &effects {
         if task.model.in_use().iter().any(|entry| entry.id() == id) {
@@ -103,48 +97,6 @@ fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
         }
     }
     task.change(common)
-}
-
-/// Equations, each with the units and ranges of its own parameters.
-fn customs(
-    equations: &[String],
-    units: &[(String, String)],
-    ranges: &[(String, [f64; 2])],
-) -> Result<Vec<Custom>> {
-    let read = |equation: &String| {
-        let custom = custom_from_equation(equation)?;
-        let own = custom.parameters().map_err(|error| equation_error(equation, &error))?;
-        Ok((custom, own))
-    };
-    let mut customs = equations.iter().map(read).collect::<Result<Vec<_>>>()?;
-    for name in units.iter().map(|unit| &unit.0).chain(ranges.iter().map(|range| &range.0)) {
-        if !customs.iter().any(|(_, own)| own.contains(name)) {
-            return Err(Error::new(format_args!("no --custom has a parameter `{name}`"))
-                .hint("--unit and --range name a parameter of an equation"));
-        }
-    }
-    for (custom, own) in &mut customs {
-        custom.units.extend(units.iter().filter(|unit| own.contains(&unit.0)).cloned());
-        custom.ranges.extend(ranges.iter().filter(|range| own.contains(&range.0)).cloned());
-    }
-    Ok(customs.into_iter().map(|custom| custom.0).collect())
-}
-
-/// Effects and, last, the campaign.
-fn split<'a>(
-    what: &'a [PathBuf],
-    effects_needed: bool,
-    verb: &str,
-) -> Result<(Vec<String>, &'a Path)> {
-    let (campaign, effects) = what.split_last().ok_or_else(|| Error::new("which campaign?"))?;
-    if effects.is_empty() && effects_needed {
-        return Err(Error::new(format_args!(
-            "name an effect and a campaign; there is only {}",
-            campaign.display()
-        ))
-        .hint(format_args!("`beeline model {verb} side_slip my-robot`")));
-    }
-    Ok((effects.iter().map(|effect| effect.to_string_lossy().into_owned()).collect(), campaign))
 }
 
 /// A campaign with its model, about to be changed.
@@ -346,34 +298,4 @@ fn show(common: &Common, campaign: &Path) -> Result<()> {
         table.say(0);
     }
     Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn units_and_ranges_go_to_the_equation_with_that_parameter() {
-        let equations = ["dtheta/ds = c + both * s".to_owned(), "dn/ds = q * v * both".to_owned()];
-        let unit = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
-        let units = [unit("c", "1/m"), unit("q", "s/m")];
-        let ranges = [("q".to_owned(), [-0.1, 0.1]), ("both".to_owned(), [-1.0, 1.0])];
-        let customs = customs(&equations, &units, &ranges).unwrap();
-        let names =
-            |of: &[&String]| of.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" ");
-        let has = |k: usize| {
-            let custom: &Custom = &customs[k];
-            let units: Vec<_> = custom.units.keys().collect();
-            let ranges: Vec<_> = custom.ranges.keys().collect();
-            (names(&units), names(&ranges))
-        };
-        assert_eq!(has(0), ("c".to_owned(), "both".to_owned()));
-        assert_eq!(has(1), ("q".to_owned(), "both q".to_owned()));
-        for (units, ranges) in
-            [(vec![unit("d", "m")], vec![]), (vec![], vec![("d".into(), [0.0, 1.0])])]
-        {
-            let error = super::customs(&equations, &units, &ranges).unwrap_err().to_string();
-            assert!(error.contains("no --custom has a parameter `d`"), "{error}");
-        }
-    }
 }

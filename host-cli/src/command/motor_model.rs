@@ -3,12 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use campaign::lock::FolderLock;
-use campaign::motor_model::{MotorModelFile, one_of_the_catalogue};
-use robot_model::drivetrain::{ChosenModel, Experiment, MotorEffect, find_effect, fit_chosen};
+use campaign::motor_model::{MotorModelFile, motor_equation_error};
+use robot_model::drivetrain::{
+    ChosenModel, Experiment, KnownMotorEffect, MotorCustom, MotorEffect, fit_chosen,
+};
 use serde_json::json as value;
 
+use super::model_arguments::{equations, split};
 use super::motors::{in_words, read};
-use crate::cli::Common;
+use crate::cli::{AddArgs, Common, RemoveArgs};
 use crate::error::{Error, Result};
 use crate::escape::shell_path;
 use crate::json;
@@ -16,12 +19,21 @@ use crate::motors::{estimate, millimetres};
 use crate::table::{Cell, Table};
 use crate::ui::{BAD, BOLD, DIM, GOOD, Steps, paint, say};
 
-pub(super) fn add(common: &Common, ids: &[String], campaign: &Path) -> Result<()> {
-    let task = Task::new(campaign)?;
+/// An effect and a campaign, where one forgets them.
+const EXAMPLE: &str = "backlash my-motors";
+
+pub(super) fn add(common: &Common, args: &AddArgs) -> Result<()> {
+    let (ids, campaign) = split(&args.what, args.custom.is_empty(), "add --drivetrain", EXAMPLE)?;
+    let mut task = Task::new(campaign)?;
     let mut effects = task.before.clone();
-    for id in ids {
-        let effect = find_effect(id).ok_or_else(|| {
-            Error::new(format_args!("motors have no effect `{id}`")).hint(one_of_the_catalogue())
+    for custom in equations::<MotorCustom>(args)? {
+        let declared = task.model.declare(&custom);
+        let wrong = |error| motor_equation_error(&custom.expression, &error);
+        effects.push(declared.map_err(|error| wrong(*error))?);
+    }
+    for id in &ids {
+        let effect = task.model.find(id).ok_or_else(|| {
+            Error::new(format_args!("motors have no effect `{id}`")).hint(task.model.ids())
         })?;
         if effects.iter().any(|own| own.facts().id == id) {
             return Err(Error::new(format_args!("{id} is in the model already")).hint(
@@ -36,13 +48,15 @@ pub(super) fn add(common: &Common, ids: &[String], campaign: &Path) -> Result<()
     task.change(common, &effects)
 }
 
-pub(super) fn remove(common: &Common, ids: &[String], campaign: &Path) -> Result<()> {
-    let task = Task::new(campaign)?;
+pub(super) fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
+    let (ids, campaign) = split(&args.what, true, "remove --drivetrain", EXAMPLE)?;
+    let mut task = Task::new(campaign)?;
     let mut effects = task.before.clone();
-    for id in ids {
-        let before = effects.len();
+    for id in &ids {
+        let (before, declared) = (effects.len(), task.model.customs.len());
         effects.retain(|effect| effect.facts().id != id);
-        if effects.len() == before {
+        task.model.customs.retain(|own| own.facts().id != id);
+        if effects.len() == before && task.model.customs.len() == declared {
             let there: Vec<&str> = task.before.iter().map(|effect| effect.facts().id).collect();
             let there = if there.is_empty() { "no effects".into() } else { there.join(", ") };
             return Err(Error::new(format_args!("{id} is not in the model of the motors"))
@@ -106,12 +120,12 @@ pub(super) fn show(common: &Common, campaign: &Path) -> Result<()> {
             say("    not fitted yet: `beeline model fit --drivetrain CAMPAIGN`");
         }
         for parameter in facts.parameters {
-            if let Some(fitted) = entry.values.get(parameter.name) {
+            if let Some(fitted) = entry.values.get(&*parameter.name) {
                 say(format_args!(
                     "    {}",
                     estimate(&robot_model::drivetrain::Estimate {
-                        name: parameter.name,
-                        unit: parameter.unit,
+                        name: parameter.name.clone(),
+                        unit: parameter.unit.clone(),
                         value: fitted.value,
                         half_width_95: fitted.half_width_95,
                     })
@@ -129,7 +143,9 @@ struct Task {
     experiments: Vec<Experiment>,
     file: PathBuf,
     /// The effects before the change.
-    before: Vec<&'static dyn MotorEffect>,
+    before: Vec<KnownMotorEffect>,
+    /// The model as it was read, and effects of the user's own as they are declared.
+    model: MotorModelFile,
     /// Held until the model is written: what was read stays as it is.
     _lock: FolderLock,
 }
@@ -143,23 +159,24 @@ impl Task {
         let lock = FolderLock::take(folder)?;
         let (robot, found, experiments) = read(folder)?;
         let file = MotorModelFile::place(folder);
-        let before = MotorModelFile::read_or_empty(&file)?.chosen();
-        Ok(Self { robot, known: found.robot, experiments, file, before, _lock: lock })
+        let model = MotorModelFile::read_or_empty(&file)?;
+        let before = model.chosen();
+        Ok(Self { robot, known: found.robot, experiments, file, before, model, _lock: lock })
     }
 
     /// Fits before and after, writes the model, and says what it came to.
-    fn change(self, common: &Common, effects: &[&'static dyn MotorEffect]) -> Result<()> {
+    fn change(self, common: &Common, effects: &[KnownMotorEffect]) -> Result<()> {
         let steps = Steps::new(common.json);
         steps.now("fitting the model before");
         let fitted = |effects| fit_chosen(&self.known, &self.experiments, effects);
         // Fitted again it is compared with motors without effects.
         let same = effects.len() == self.before.len();
-        let old: &[_] = if same { &[] } else { &self.before };
+        let old: &[KnownMotorEffect] = if same { &[] } else { &self.before };
         let before = fitted(old).map_err(in_words)?;
         steps.now("fitting the model after");
         let after = fitted(effects).map_err(in_words)?;
         drop(steps);
-        MotorModelFile::write(&self.file, &self.robot, &after)?;
+        MotorModelFile::write(&self.file, &self.robot, &self.model.customs, &after)?;
         if common.json {
             say(value!({
                 "schema": 1,
@@ -217,8 +234,9 @@ fn changed(before: &ChosenModel, after: &ChosenModel, new: impl Fn(&str) -> bool
     say(format_args!("The resolution of the counts hides {}.", millimetres(after.resolution_m)));
     say("");
     for effect in &after.effects {
-        let mark = if new(effect.facts.id) { "+ " } else { "  " };
-        say(format_args!("{mark}{}  {}", paint(BOLD, effect.facts.id), effect.facts.name));
+        let facts = effect.effect.facts();
+        let mark = if new(facts.id) { "+ " } else { "  " };
+        say(format_args!("{mark}{}  {}", paint(BOLD, facts.id), facts.name));
         for parameter in &effect.parameters {
             say(format_args!("    {}", estimate(parameter)));
         }

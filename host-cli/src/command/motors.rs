@@ -5,7 +5,8 @@ use std::path::Path;
 use campaign::motor_model::MotorModelFile;
 use campaign::{Campaign, Experiments};
 use robot_model::drivetrain::{
-    BaselineErrors, EXPERIMENTS_MIN, Experiment, MissingError, baseline_errors, fit_chosen, missing,
+    BaselineErrors, EXPERIMENTS_MIN, Experiment, MissingError, MotorAnswer, baseline_errors,
+    fit_chosen, missing_with,
 };
 
 use crate::error::{Error, Result};
@@ -38,7 +39,7 @@ pub(super) fn explain(folder: &Path, as_json: bool, exit_code: bool) -> Result<(
     if !found.has_times && !as_json {
         warn("not every run has its started_s: nothing can be said about changes with time");
     }
-    let answer = missing(&found.robot, &experiments).map_err(in_words)?;
+    let answer = answer(folder, &found, &experiments)?;
     if as_json {
         say(json::motor_answer(&answer, &verdict(&answer)));
     } else {
@@ -51,10 +52,16 @@ pub(super) fn explain(folder: &Path, as_json: bool, exit_code: bool) -> Result<(
 /// The page of `report --drivetrain`.
 pub(super) fn page(folder: &Path) -> Result<String> {
     let (_, found, experiments) = read(folder)?;
-    let answer = missing(&found.robot, &experiments).map_err(in_words)?;
+    let answer = answer(folder, &found, &experiments)?;
     let baseline = baseline_errors(&found.robot, &experiments).map_err(in_words)?;
     let name = folder.file_name().map_or("campaign".into(), |name| name.to_string_lossy());
     Ok(motor_page::of_campaign(&name, &found.runs, &baseline, &answer))
+}
+
+/// What is missing, of the catalogue and of the user's own effects.
+fn answer(folder: &Path, found: &Experiments, experiments: &[Experiment]) -> Result<MotorAnswer> {
+    let own = MotorModelFile::read_or_empty(&MotorModelFile::place(folder))?;
+    missing_with(&found.robot, experiments, &own.catalogue()).map_err(in_words)
 }
 
 /// The robot's name, and its experiments; warns of what is left out.

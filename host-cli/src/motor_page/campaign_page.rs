@@ -7,10 +7,10 @@ use robot_model::drivetrain::{BaselineErrors, MotorAnswer, VoltageRecording, fit
 
 use super::{begin, experiments, section, table};
 use crate::escape::html as escape;
-use crate::motors::{estimate, millimetres, regressor_in_words, verdict};
+use crate::motors::{estimate, ids, millimetres, regressor_in_words, verdict};
 
 /// So many of the effects that were tried are listed.
-const LISTED: usize = 12;
+const LISTED: usize = 16;
 
 /// The page.
 pub fn of_campaign(
@@ -37,7 +37,8 @@ pub fn of_campaign(
         vec!["none".to_owned(), String::new(), millimetres(answer.baseline.cross_validated_m)];
     let tried = answer.tried.iter().take(LISTED).map(|tried| {
         let off = millimetres(tried.cross_validated_m);
-        vec![tried.facts.id.to_owned(), tried.facts.name.to_owned(), off]
+        let facts = tried.effect.facts();
+        vec![facts.id.to_owned(), facts.name.to_owned(), off]
     });
     table(&mut html, &["effect", "", "error"], std::iter::once(none).chain(tried));
     section(&mut html, "The constants", "With the effects above.");
@@ -50,7 +51,7 @@ pub fn of_campaign(
 
 fn effects(html: &mut String, answer: &MotorAnswer) {
     for (index, step) in answer.steps.iter().enumerate() {
-        let facts = step.facts;
+        let facts = step.effect.facts();
         let _ = write!(
             html,
             "<div class=\"card\"><h3><span class=\"n\">{}</span>{}</h3><p><code>{}</code></p>",
@@ -68,7 +69,7 @@ fn effects(html: &mut String, answer: &MotorAnswer) {
             1.0 / step.p_value
         );
         if !step.class.is_empty() {
-            let class = step.class.join(", ");
+            let class = ids(&step.class).join(", ");
             let _ = write!(
                 html,
                 "<p class=\"class\">These experiments cannot tell it from: {}.</p>",

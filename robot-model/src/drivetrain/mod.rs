@@ -52,7 +52,8 @@ mod residuals;
 mod tests;
 
 pub use effect::{
-    MOTOR_CATALOGUE, MotorEffect, MotorFacts, MotorParameter, MotorRole, find as find_effect,
+    CustomMotorEffect, KnownMotorEffect, MOTOR_CATALOGUE, MotorCustom, MotorEffect, MotorFacts,
+    MotorParameter, MotorRole, find as find_effect,
 };
 pub use feedforward::{Added, AddedTerms};
 pub use fit::{Constants, DrivetrainFit, FitError, HalfWidths, fit};
@@ -61,7 +62,7 @@ pub use load_disturbance::LoadDisturbance;
 pub use missing::{
     BaselineErrors, ChosenEffect, ChosenModel, EXPERIMENTS_MIN, Estimate, Experiment,
     ExperimentKind, KnownRobot, MissingError, MotorAnswer, MotorErrors, MotorRegressor, MotorStep,
-    MotorUnexplained, NextExperiment, Tried, baseline_errors, fit_chosen, missing,
+    MotorUnexplained, NextExperiment, Tried, baseline_errors, fit_chosen, missing, missing_with,
 };
 pub use model::{Drivetrain, WheelMotor};
 pub use recording::{Sample, VoltageRecording};

@@ -13,8 +13,8 @@ use super::definition::{Excitation, MotorEffect, MotorFacts, MotorParameter, Pla
 pub struct Backlash;
 
 impl MotorEffect for Backlash {
-    fn facts(&self) -> &'static MotorFacts {
-        &FACTS
+    fn facts(&self) -> MotorFacts<'_> {
+        FACTS
     }
 
     fn play(&self, p: &[f64]) -> Option<Play> {

@@ -18,8 +18,8 @@ const COUNTS_PER_WAVE: f64 = 6.0;
 pub struct Cogging;
 
 impl MotorEffect for Cogging {
-    fn facts(&self) -> &'static MotorFacts {
-        &FACTS
+    fn facts(&self) -> MotorFacts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {

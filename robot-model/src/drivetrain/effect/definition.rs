@@ -1,12 +1,14 @@
 //! What is an effect of a motor? The trait, what it can change in a step, and the facts about it.
 
+use std::borrow::Cow;
+
 use crate::drivetrain::model::WheelMotor;
 use crate::kinematics::WheelPair;
 
 /// What an effect does. A method that is left out changes nothing, and at amplitudes of zero neither does any.
-pub trait MotorEffect: Sync + core::fmt::Debug {
+pub trait MotorEffect: Send + Sync + core::fmt::Debug {
     /// The facts about it.
-    fn facts(&self) -> &'static MotorFacts;
+    fn facts(&self) -> MotorFacts<'_>;
 
     /// What it changes for one wheel in one step.
     fn act(&self, _p: &[f64], _moment: &Moment, _acting: &mut Acting) {}
@@ -100,12 +102,12 @@ pub enum MotorRole {
 }
 
 /// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotorParameter {
     /// Its name.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its unit; `1` for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Least value that a motor can have.
     pub low: f64,
     /// Greatest value that a motor can have.
@@ -119,37 +121,46 @@ pub struct MotorParameter {
 impl MotorParameter {
     /// An amplitude of either sign.
     pub const fn amplitude(name: &'static str, unit: &'static str, usual: f64, limit: f64) -> Self {
-        Self { name, unit, low: -limit, high: limit, usual, role: MotorRole::Amplitude }
+        Self::new((name, unit), (-limit, limit), usual, MotorRole::Amplitude)
     }
 
     /// An amplitude that is never negative.
     pub const fn positive(name: &'static str, unit: &'static str, usual: f64, limit: f64) -> Self {
-        Self { name, unit, low: 0.0, high: limit, usual, role: MotorRole::Amplitude }
+        Self::new((name, unit), (0.0, limit), usual, MotorRole::Amplitude)
     }
 
     /// A shape.
     pub const fn shape(name: &'static str, unit: &'static str, low: f64, high: f64) -> Self {
-        Self { name, unit, low, high, usual: low, role: MotorRole::Shape }
+        Self::new((name, unit), (low, high), low, MotorRole::Shape)
+    }
+
+    const fn new(
+        (name, unit): (&'static str, &'static str),
+        (low, high): (f64, f64),
+        usual: f64,
+        role: MotorRole,
+    ) -> Self {
+        Self { name: Cow::Borrowed(name), unit: Cow::Borrowed(unit), low, high, usual, role }
     }
 }
 
 /// The facts about an effect.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MotorFacts {
+pub struct MotorFacts<'a> {
     /// Stable name.
-    pub id: &'static str,
+    pub id: &'a str,
     /// In a few words.
-    pub name: &'static str,
+    pub name: &'a str,
     /// In volts, unless it says otherwise.
-    pub equation: &'static str,
+    pub equation: &'a str,
     /// Its parameters.
-    pub parameters: &'static [MotorParameter],
+    pub parameters: &'a [MotorParameter],
     /// What a positive value means.
-    pub sign: &'static str,
+    pub sign: &'a str,
     /// Which experiments show it.
-    pub shown_by: &'static str,
+    pub shown_by: &'a str,
     /// What to do about it.
-    pub remedy: &'static str,
+    pub remedy: &'a str,
 }
 
 /// Both wheels' moments from what is the same for both.

@@ -16,8 +16,8 @@ use super::definition::{Acting, Excitation, Moment, MotorEffect, MotorFacts, Mot
 pub struct Heating;
 
 impl MotorEffect for Heating {
-    fn facts(&self) -> &'static MotorFacts {
-        &FACTS
+    fn facts(&self) -> MotorFacts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {

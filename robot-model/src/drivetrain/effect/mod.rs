@@ -3,12 +3,16 @@
 //! Everything is in volts at the motor, since a robot without a current sensor knows no torque. The baseline has kS, kV, kA
 //! and kC alike for both wheels and directions; each effect is the identity at amplitudes of zero.
 
+pub mod custom;
 mod definition;
+mod known_effect;
 
+pub use custom::{CustomMotorEffect, MotorCustom};
 pub(crate) use definition::moments;
 pub use definition::{
     Acting, Excitation, Moment, MotorEffect, MotorFacts, MotorParameter, MotorRole, Play,
 };
+pub use known_effect::KnownMotorEffect;
 
 /// Declares the effects' modules, and lists them.
 macro_rules! catalogue {

@@ -13,8 +13,8 @@ use super::definition::{Acting, Moment, MotorEffect, MotorFacts, MotorParameter}
 pub struct SideAsymmetry;
 
 impl MotorEffect for SideAsymmetry {
-    fn facts(&self) -> &'static MotorFacts {
-        &FACTS
+    fn facts(&self) -> MotorFacts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {

@@ -16,8 +16,8 @@ const REST_MPS: f64 = 0.003;
 pub struct StaticFriction;
 
 impl MotorEffect for StaticFriction {
-    fn facts(&self) -> &'static MotorFacts {
-        &FACTS
+    fn facts(&self) -> MotorFacts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {

@@ -13,8 +13,8 @@ use super::definition::{MotorEffect, MotorFacts, MotorParameter};
 pub struct TransportDelay;
 
 impl MotorEffect for TransportDelay {
-    fn facts(&self) -> &'static MotorFacts {
-        &FACTS
+    fn facts(&self) -> MotorFacts<'_> {
+        FACTS
     }
 
     fn delay_s(&self, p: &[f64]) -> f64 {

@@ -1,5 +1,7 @@
 //! What is missing: the answer, in numbers.
 
+use std::borrow::Cow;
+
 use super::classes::{Rival, rivals};
 use super::experiment::{Experiment, KnownRobot, pause_end_s};
 use super::least_squares::{Fitted, Model, Problem};
@@ -8,7 +10,7 @@ use super::next_experiment::{NextExperiment, next_experiment};
 use super::selection::{Judged, gain_by, select};
 use super::simulate::BASELINE;
 use super::unexplained::{MotorUnexplained, unexplained};
-use crate::drivetrain::effect::MotorFacts;
+use crate::drivetrain::effect::KnownMotorEffect;
 use crate::drivetrain::regression::regress;
 
 /// How far a model is off, root mean square over samples and wheels \[m\].
@@ -23,12 +25,12 @@ pub struct MotorErrors {
 }
 
 /// A constant, and how sure it is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Estimate {
     /// Its name.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Its unit.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
     /// Its value.
     pub value: f64,
     /// Half the width of its 95 % interval; not finite where one experiment alone tells it.
@@ -39,9 +41,9 @@ pub struct Estimate {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorStep {
     /// The effect.
-    pub facts: &'static MotorFacts,
+    pub effect: KnownMotorEffect,
     /// Those that these experiments cannot tell from it, best first.
-    pub class: Vec<&'static str>,
+    pub class: Vec<KnownMotorEffect>,
     /// Its parameters in the final model.
     pub parameters: Vec<Estimate>,
     /// The errors with it and those before it.
@@ -53,10 +55,10 @@ pub struct MotorStep {
 }
 
 /// An effect that was tried alone beside the baseline.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Tried {
     /// The effect.
-    pub facts: &'static MotorFacts,
+    pub effect: KnownMotorEffect,
     /// The cross-validated error with it, to first order \[m\].
     pub cross_validated_m: f64,
 }
@@ -97,24 +99,33 @@ pub enum MissingError {
 /// With fewer experiments nothing can be told from chance.
 pub const EXPERIMENTS_MIN: usize = 8;
 
-/// Which effects do these motors have, that the baseline lacks?
+/// Which effects of the catalogue do these motors have, that the baseline lacks?
 pub fn missing(
     robot: &KnownRobot,
     experiments: &[Experiment],
 ) -> Result<MotorAnswer, MissingError> {
+    missing_with(robot, experiments, &KnownMotorEffect::all(&[]))
+}
+
+/// Which effects of a list do these motors have, that the baseline lacks?
+pub fn missing_with(
+    robot: &KnownRobot,
+    experiments: &[Experiment],
+    catalogue: &[KnownMotorEffect],
+) -> Result<MotorAnswer, MissingError> {
     let (problem, baseline) = fitted_baseline(robot, experiments)?;
-    let selected = select(&problem, baseline);
+    let selected = select(&problem, baseline, catalogue);
     let problem = &selected.problem;
     let last = &selected.steps[selected.steps.len() - 1];
     let without: Vec<Judged> = (0..last.fitted.model.effects.len())
         .map(|index| Judged::new(problem, problem.fit(last.fitted.model.without(index))))
         .collect();
-    let rivals: Vec<(&'static str, Vec<Rival>)> = without
+    let rivals: Vec<(&KnownMotorEffect, Vec<Rival>)> = without
         .iter()
         .enumerate()
         .map(|(index, without)| {
-            let id = last.fitted.model.effects[index].facts().id;
-            (id, rivals(problem, &selected, (last, without), index))
+            let own = &last.fitted.model.effects[index];
+            (own, rivals(problem, &selected, (last, without), index))
         })
         .collect();
     let unexplained = unexplained(problem, &selected, last);
@@ -129,16 +140,16 @@ pub fn missing(
         } else {
             gain_by(problem, &without[index], last, index)
         };
-        let effect = last.fitted.model.effects[index];
+        let effect = &last.fitted.model.effects[index];
         let first = last.fitted.model.first_of(index);
         let parameters = effect.facts().parameters.iter().enumerate();
         MotorStep {
-            facts: effect.facts(),
-            class: rivals[index].1.iter().map(|rival| rival.id).collect(),
+            effect: effect.clone(),
+            class: rivals[index].1.iter().map(|rival| rival.effect.clone()).collect(),
             parameters: parameters
                 .map(|(i, parameter)| Estimate {
-                    name: parameter.name,
-                    unit: parameter.unit,
+                    name: parameter.name.clone(),
+                    unit: parameter.unit.clone(),
                     value: last.fitted.model.at[first + i],
                     half_width_95: half_widths[first + i],
                 })
@@ -149,7 +160,7 @@ pub fn missing(
         }
     });
     let tried = selected.alone.iter().map(|candidate| Tried {
-        facts: candidate.effect.facts(),
+        effect: candidate.effect.clone(),
         cross_validated_m: problem.rms_m(&candidate.costs),
     });
     Ok(MotorAnswer {
@@ -232,8 +243,8 @@ pub(super) fn constants(model: &Model, half_widths: &[f64]) -> Vec<Estimate> {
     let values = model.at.iter().zip(half_widths);
     let both = names.into_iter().zip(values);
     both.map(|((name, unit), (value, half_width))| Estimate {
-        name,
-        unit,
+        name: Cow::Borrowed(name),
+        unit: Cow::Borrowed(unit),
         value: *value,
         half_width_95: *half_width,
     })

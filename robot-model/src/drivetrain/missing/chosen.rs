@@ -6,13 +6,13 @@ use super::answer::{
 use super::experiment::{Experiment, KnownRobot, excitation};
 use super::screening::Screen;
 use super::selection::{Judged, gain_by};
-use crate::drivetrain::effect::{MotorEffect, MotorFacts};
+use crate::drivetrain::effect::KnownMotorEffect;
 
 /// An effect of a user's model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChosenEffect {
     /// The effect.
-    pub facts: &'static MotorFacts,
+    pub effect: KnownMotorEffect,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
     /// Beside the others it predicts the experiments better than chance would, and by a size worth a word.
@@ -45,22 +45,23 @@ impl From<ChosenModel> for BaselineErrors {
     }
 }
 
-/// Fits the model with these effects of the catalogue, one after the other and then all together.
+/// Fits the model with these effects, one after the other and then all together.
 pub fn fit_chosen(
     robot: &KnownRobot,
     experiments: &[Experiment],
-    effects: &[&'static dyn MotorEffect],
+    effects: &[KnownMotorEffect],
 ) -> Result<ChosenModel, MissingError> {
     let (problem, baseline) = fitted_baseline(robot, experiments)?;
     let (mut problem, mut judged) = Judged::reweighted(&problem, baseline);
-    let screen = Screen::new(&problem, &judged.fitted, excitation(robot, &problem.experiments));
+    let screen =
+        Screen::new(&problem, &judged.fitted, (excitation(robot, &problem.experiments), effects));
     for effect in effects {
         let candidates = screen.candidates(&problem, &judged.fitted);
         let id = effect.facts().id;
         let start = candidates.into_iter().find(|candidate| candidate.effect.facts().id == id);
         // What these experiments do not show at all stays zero.
         let start = start.map_or_else(|| vec![0.0; effect.facts().parameters.len()], |it| it.p);
-        let fitted = problem.fit(judged.fitted.model.with(*effect, &start));
+        let fitted = problem.fit(judged.fitted.model.with(effect.clone(), &start));
         (problem, judged) = Judged::reweighted(&problem, fitted);
     }
     let half_widths = problem.half_widths_95(&judged.fitted);
@@ -71,11 +72,11 @@ pub fn fit_chosen(
         let first = model.first_of(index);
         let parameters = effect.facts().parameters.iter().enumerate();
         ChosenEffect {
-            facts: effect.facts(),
+            effect: effect.clone(),
             parameters: parameters
                 .map(|(i, parameter)| Estimate {
-                    name: parameter.name,
-                    unit: parameter.unit,
+                    name: parameter.name.clone(),
+                    unit: parameter.unit.clone(),
                     value: model.at[first + i],
                     half_width_95: half_widths[first + i],
                 })

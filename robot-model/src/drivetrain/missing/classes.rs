@@ -5,6 +5,7 @@ use super::chance::{gains, p_value};
 use super::least_squares::{Fitted, Problem};
 use super::modes::Modes;
 use super::selection::{Judged, Selected};
+use crate::drivetrain::effect::KnownMotorEffect;
 
 /// A rival has to explain this share of what the effect does.
 const RESEMBLANCE_MIN: f64 = 0.6;
@@ -17,7 +18,7 @@ const FITTED: usize = 5;
 
 /// An effect that explains as much in the place of another.
 pub(super) struct Rival {
-    pub id: &'static str,
+    pub effect: KnownMotorEffect,
     pub fitted: Fitted,
 }
 
@@ -47,9 +48,9 @@ pub(super) fn rivals(
             sum(&without.costs) - sum(&candidate.costs) > 0.5 * RESEMBLANCE_MIN * gained
         })
         .take(FITTED)
-        .map(|candidate| (candidate.effect.facts().id, without.with(problem, candidate)))
+        .map(|candidate| (candidate.effect.clone(), without.with(problem, candidate)))
         .filter(|(_, rival)| as_good(rival))
-        .map(|(id, rival)| (sum(&rival.costs), Rival { id, fitted: rival.fitted }))
+        .map(|(effect, rival)| (sum(&rival.costs), Rival { effect, fitted: rival.fitted }))
         .collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().map(|(_, rival)| rival).collect()

@@ -10,7 +10,7 @@ use super::alike::alike_together;
 use super::experiment::{Experiment, KnownRobot};
 use super::modes::Modes;
 use super::simulate::{BASELINE, Simulation};
-use crate::drivetrain::effect::{MotorEffect, MotorRole};
+use crate::drivetrain::effect::{KnownMotorEffect, MotorParameter, MotorRole};
 use crate::drivetrain::intervals::{Intervals, Share};
 use crate::numeric::parallel;
 
@@ -35,7 +35,7 @@ pub(super) struct Problem<'a> {
 /// A model with its parameters.
 #[derive(Clone)]
 pub(super) struct Model {
-    pub effects: Vec<&'static dyn MotorEffect>,
+    pub effects: Vec<KnownMotorEffect>,
     pub at: Vec<f64>,
 }
 
@@ -58,7 +58,7 @@ impl Model {
     }
 
     /// The same with one more effect, at these parameters.
-    pub fn with(&self, effect: &'static dyn MotorEffect, p: &[f64]) -> Self {
+    pub fn with(&self, effect: KnownMotorEffect, p: &[f64]) -> Self {
         let mut more = self.clone();
         more.effects.push(effect);
         more.at.extend_from_slice(p);
@@ -75,7 +75,7 @@ impl Model {
         less
     }
 
-    fn parameters(&self) -> impl Iterator<Item = &'static crate::drivetrain::MotorParameter> {
+    fn parameters(&self) -> impl Iterator<Item = &MotorParameter> {
         self.effects.iter().flat_map(|effect| effect.facts().parameters)
     }
 

@@ -39,7 +39,7 @@ mod unexplained;
 
 pub use answer::{
     BaselineErrors, EXPERIMENTS_MIN, Estimate, MissingError, MotorAnswer, MotorErrors, MotorStep,
-    Tried, baseline_errors, missing,
+    Tried, baseline_errors, missing, missing_with,
 };
 pub use chosen::{ChosenEffect, ChosenModel, fit_chosen};
 pub use experiment::{Experiment, KnownRobot};

@@ -5,6 +5,7 @@ use super::experiment::Experiment;
 use super::least_squares::{Fitted, Problem};
 use super::simulate::Simulation;
 use super::unexplained::{MotorRegressor, MotorUnexplained, volts_max};
+use crate::drivetrain::effect::KnownMotorEffect;
 use crate::drivetrain::recording::{Sample, VoltageRecording};
 use crate::kinematics::WheelPair;
 
@@ -35,7 +36,7 @@ pub struct NextExperiment {
     /// What to drive.
     pub kind: ExperimentKind,
     /// Which effects it tells apart; none where it is to show what something that remains depends on.
-    pub separates: Vec<&'static str>,
+    pub separates: Vec<KnownMotorEffect>,
     /// How far apart they would lead, root mean square \[m\].
     pub apart_m: f64,
 }
@@ -55,7 +56,7 @@ const KINDS: [ExperimentKind; 8] = [
 pub(super) fn next_experiment(
     problem: &Problem<'_>,
     found: &Fitted,
-    rivals: &[(&'static str, Vec<Rival>)],
+    rivals: &[(&KnownMotorEffect, Vec<Rival>)],
     unexplained: &MotorUnexplained,
 ) -> Option<NextExperiment> {
     let (own, of_own) = match rivals.iter().find(|(_, rivals)| !rivals.is_empty()) {
@@ -78,7 +79,7 @@ pub(super) fn next_experiment(
         (kind, (squares.sum::<f64>() / (2 * a.len()) as f64).sqrt())
     });
     let (kind, apart_m) = apart.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(NextExperiment { kind, separates: vec![own, of_own.id], apart_m })
+    Some(NextExperiment { kind, separates: vec![own.clone(), of_own.effect.clone()], apart_m })
 }
 
 fn to_show(unexplained: &MotorUnexplained) -> Option<NextExperiment> {

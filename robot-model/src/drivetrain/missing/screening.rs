@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::least_squares::{Fitted, Model, Problem};
 use super::modes::Modes;
 use super::simulate::BASELINE;
-use crate::drivetrain::effect::{Excitation, MOTOR_CATALOGUE, MotorEffect, MotorRole};
+use crate::drivetrain::effect::{Excitation, KnownMotorEffect, MotorEffect, MotorRole};
 use crate::numeric::parallel;
 
 /// Columns are differences over this share of a usual amplitude.
@@ -16,7 +16,7 @@ const SHAPES: usize = 3;
 
 /// An effect that is not in the model, at the best of its shapes.
 pub(super) struct Candidate {
-    pub effect: &'static dyn MotorEffect,
+    pub effect: KnownMotorEffect,
     /// Its parameters, to first order.
     pub p: Vec<f64>,
     /// What would be left of each experiment, predicted by the others, by mode \[m^2\].
@@ -28,10 +28,12 @@ pub(super) struct Candidate {
 /// What is screened, and the columns of effects with many shapes about the first model: they hardly change with the others.
 pub(super) struct Screen {
     pub excitation: Excitation,
+    /// The effects that may be missing.
+    catalogue: Vec<KnownMotorEffect>,
     /// The modes' weights in those columns.
     weights: Modes,
     /// By effect with many shapes: its id, each shape with its columns.
-    first: Vec<(&'static str, Vec<Shape>)>,
+    first: Vec<(String, Vec<Shape>)>,
 }
 
 /// The parameters of a shape, and its columns.
@@ -39,33 +41,37 @@ type Shape = (Vec<f64>, Vec<DMatrix<f64>>);
 
 impl Screen {
     /// With columns about this model.
-    pub fn new(problem: &Problem<'_>, fitted: &Fitted, excitation: Excitation) -> Self {
-        let many = MOTOR_CATALOGUE.iter().filter_map(|effect| {
+    pub fn new(
+        problem: &Problem<'_>,
+        fitted: &Fitted,
+        (excitation, catalogue): (Excitation, &[KnownMotorEffect]),
+    ) -> Self {
+        let many = catalogue.iter().filter_map(|effect| {
             let starts = effect.starts(&excitation);
             (starts.len() > SHAPES).then(|| {
                 let shapes = starts.into_iter().map(|start| {
-                    let columns = columns(problem, fitted, *effect, &start);
+                    let columns = columns(problem, fitted, effect, &start);
                     (start, columns)
                 });
-                (effect.facts().id, shapes.collect())
+                (effect.facts().id.to_owned(), shapes.collect())
             })
         });
         let first = many.collect();
-        Self { excitation, weights: problem.weights, first }
+        Self { excitation, catalogue: catalogue.to_vec(), weights: problem.weights, first }
     }
 
-    /// A candidate for each effect of the catalogue that is not in the model, best first.
+    /// A candidate for each effect that may be missing and is not in the model, best first.
     pub fn candidates(&self, problem: &Problem<'_>, fitted: &Fitted) -> Vec<Candidate> {
-        let missing = MOTOR_CATALOGUE.iter().filter(|effect| {
+        let missing = self.catalogue.iter().filter(|effect| {
             let id = effect.facts().id;
             fitted.model.effects.iter().all(|own| own.facts().id != id)
         });
         let mut found: Vec<Candidate> = missing
             .filter_map(|effect| {
-                let starts = self.starts(problem, fitted, *effect);
+                let starts = self.starts(problem, fitted, effect);
                 let tried = starts.iter().filter_map(|start| {
-                    let columns = columns(problem, fitted, *effect, start);
-                    candidate(problem, fitted, *effect, start, columns)
+                    let columns = columns(problem, fitted, effect, start);
+                    candidate(problem, fitted, effect, start, columns)
                 });
                 tried.min_by(|a, b| {
                     problem.weighted(&a.costs).total_cmp(&problem.weighted(&b.costs))
@@ -81,7 +87,7 @@ impl Screen {
         &self,
         problem: &Problem<'_>,
         fitted: &Fitted,
-        effect: &'static dyn MotorEffect,
+        effect: &KnownMotorEffect,
     ) -> Vec<Vec<f64>> {
         let Some((_, shapes)) = self.first.iter().find(|(id, _)| *id == effect.facts().id) else {
             return effect.starts(&self.excitation);
@@ -117,7 +123,7 @@ pub(super) fn pair_costs(
         })
         .collect();
     let usual: Vec<f64> =
-        [one, other].into_iter().flat_map(|one| amplitudes(one.effect)).map(|a| a.1).collect();
+        [one, other].into_iter().flat_map(|one| amplitudes(&*one.effect)).map(|a| a.1).collect();
     linear_cross_validation(problem, fitted, &both, &usual).map(|found| found.1)
 }
 
@@ -134,14 +140,14 @@ fn amplitudes(effect: &dyn MotorEffect) -> Vec<(usize, f64)> {
 fn columns(
     problem: &Problem<'_>,
     fitted: &Fitted,
-    effect: &'static dyn MotorEffect,
+    effect: &KnownMotorEffect,
     start: &[f64],
 ) -> Vec<DMatrix<f64>> {
     let first = fitted.model.at.len();
-    let grown: Vec<(Model, f64)> = amplitudes(effect)
+    let grown: Vec<(Model, f64)> = amplitudes(&**effect)
         .into_iter()
         .map(|(i, usual)| {
-            let mut model = fitted.model.with(effect, start);
+            let mut model = fitted.model.with(effect.clone(), start);
             model.at[first + i] = STEP * usual;
             (model, STEP * usual)
         })
@@ -153,12 +159,12 @@ fn columns(
 fn candidate(
     problem: &Problem<'_>,
     fitted: &Fitted,
-    effect: &'static dyn MotorEffect,
+    effect: &KnownMotorEffect,
     start: &[f64],
     columns: Vec<DMatrix<f64>>,
 ) -> Option<Candidate> {
     let parameters = effect.facts().parameters;
-    let (amplitudes, usual): (Vec<usize>, Vec<f64>) = amplitudes(effect).into_iter().unzip();
+    let (amplitudes, usual): (Vec<usize>, Vec<f64>) = amplitudes(&**effect).into_iter().unzip();
     let (best, costs) = linear_cross_validation(problem, fitted, &columns, &usual)?;
     let mut p = start.to_vec();
     for (value, &i) in best.iter().zip(&amplitudes) {
@@ -167,7 +173,7 @@ fn candidate(
         }
         p[i] = value.clamp(parameters[i].low, parameters[i].high);
     }
-    Some(Candidate { effect, p, costs, columns })
+    Some(Candidate { effect: effect.clone(), p, costs, columns })
 }
 
 /// How the travel of each experiment changes from the fitted model to others, per amplitude.

@@ -6,7 +6,7 @@ use super::least_squares::{Fitted, Problem};
 use super::modes::Modes;
 use super::screening::{Candidate, Screen, pair_costs};
 use super::strength;
-use crate::drivetrain::effect::MotorEffect;
+use crate::drivetrain::effect::KnownMotorEffect;
 
 /// The most effects that are looked for.
 const EFFECTS_MAX: usize = 5;
@@ -87,7 +87,7 @@ pub(super) fn gain_by(
     index: usize,
 ) -> Gain {
     let by_signs = gain(problem, &before.costs, &after.costs);
-    let effect = after.fitted.model.effects[index];
+    let effect = &*after.fitted.model.effects[index];
     let bar = if strength::is_of_one_sign(effect) { BY_ONE_SIGN } else { BY_STRENGTH };
     if by_signs.matters(problem) || !by_signs.is_large(problem, bar) {
         return by_signs;
@@ -112,7 +112,7 @@ impl Judged {
 
     /// With a candidate, fitted in full.
     pub fn with(&self, problem: &Problem<'_>, candidate: &Candidate) -> Self {
-        let model = self.fitted.model.with(candidate.effect, &candidate.p);
+        let model = self.fitted.model.with(candidate.effect.clone(), &candidate.p);
         Self::new(problem, problem.fit(model))
     }
 }
@@ -128,10 +128,14 @@ pub(super) struct Selected<'a> {
 }
 
 /// Selects effects, from a fitted baseline on. Each model's own errors weight the modes for the next.
-pub(super) fn select<'a>(problem: &Problem<'a>, baseline: Fitted) -> Selected<'a> {
+pub(super) fn select<'a>(
+    problem: &Problem<'a>,
+    baseline: Fitted,
+    catalogue: &[KnownMotorEffect],
+) -> Selected<'a> {
     let excitation = excitation(problem.robot, &problem.experiments);
     let (mut problem, baseline) = Judged::reweighted(problem, baseline);
-    let screen = Screen::new(&problem, &baseline.fitted, excitation);
+    let screen = Screen::new(&problem, &baseline.fitted, (excitation, catalogue));
     let mut steps = vec![baseline];
     let mut alone = Vec::new();
     while steps.len() <= EFFECTS_MAX {
@@ -159,7 +163,7 @@ fn best(problem: &Problem<'_>, now: &Judged, candidates: &[Candidate]) -> Option
     // A caster alone lets a wave, a slope and sides that differ gain more than a weak delay does.
     let may_be_weak = |candidate: &Candidate| {
         let gain = gain(problem, &now.costs, &candidate.costs);
-        strength::is_of_one_sign(candidate.effect) && gain.is_large(problem, BY_ONE_SIGN)
+        strength::is_of_one_sign(&*candidate.effect) && gain.is_large(problem, BY_ONE_SIGN)
     };
     let tried = candidates.iter().enumerate();
     tried
@@ -214,7 +218,7 @@ fn without_needless(problem: &Problem<'_>, mut steps: Vec<Judged>) -> Vec<Judged
     }
     if removed {
         steps.truncate(1);
-        let effects: Vec<&'static dyn MotorEffect> = last.fitted.model.effects.clone();
+        let effects = last.fitted.model.effects.clone();
         for len in 1..effects.len() {
             let mut model = last.fitted.model.clone();
             for extra in (len..effects.len()).rev() {

@@ -13,7 +13,7 @@
 //! motor has its share of the inertia, and the wheel rolls on; where they meet, they keep their momentum.
 
 use super::experiment::{Experiment, KnownRobot};
-use crate::drivetrain::effect::{Acting, MotorEffect, Play, moments};
+use crate::drivetrain::effect::{Acting, KnownMotorEffect, MotorEffect, Play, moments};
 use crate::drivetrain::model::{Scheme, WheelMotor, Wheels, turning};
 use crate::kinematics::WheelPair;
 
@@ -29,7 +29,7 @@ pub(super) struct Simulation<'a> {
     pub robot: &'a KnownRobot,
     /// When the longest pause between two experiments ended; infinite without one \[s\].
     pub pause_end_s: f64,
-    pub effects: &'a [&'a dyn MotorEffect],
+    pub effects: &'a [KnownMotorEffect],
     pub at: &'a [f64],
 }
 
@@ -40,7 +40,7 @@ impl Simulation<'_> {
         self.effects.iter().map(move |effect| {
             let first = next;
             next += effect.facts().parameters.len();
-            (*effect, &self.at[first..next])
+            (&**effect, &self.at[first..next])
         })
     }
 

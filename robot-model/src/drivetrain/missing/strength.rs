@@ -34,13 +34,13 @@ pub(super) fn is_of_one_sign(effect: &dyn MotorEffect) -> bool {
     amplitudes.next().is_some_and(|first| first.low == 0.0) && amplitudes.next().is_none()
 }
 
-fn amplitudes(effect: &dyn MotorEffect) -> impl Iterator<Item = &'static MotorParameter> {
+fn amplitudes(effect: &dyn MotorEffect) -> impl Iterator<Item = &MotorParameter> {
     effect.facts().parameters.iter().filter(|parameter| parameter.role == MotorRole::Amplitude)
 }
 
 /// How often chance gives an effect of a model this strength or more. `before` is the model without it.
 pub(super) fn chance(problem: &Problem<'_>, before: &Fitted, fitted: &Fitted, index: usize) -> f64 {
-    let effect = fitted.model.effects[index];
+    let effect = &*fitted.model.effects[index];
     let Some((squared_t, degrees)) = squared_t(problem, before, fitted, index) else { return 1.0 };
     let tried = effect.starts(&excitation(problem.robot, &problem.experiments)).len() as f64;
     let ways = if is_of_one_sign(effect) { 0.5 * tried } else { tried };
@@ -97,7 +97,7 @@ fn squared_t(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::drivetrain::effect::find;
+    use crate::drivetrain::effect::KnownMotorEffect;
     use crate::drivetrain::missing::experiment::{Experiment, KnownRobot};
     use crate::drivetrain::missing::least_squares::Model;
     use crate::drivetrain::missing::modes::Modes;
@@ -137,7 +137,7 @@ mod tests {
     fn fitted(id: &str, p: &[f64], moved_m: f64, off: f64) -> Fitted {
         let mut at = vec![0.5, 24.0, 0.6, 0.1, 0.0, 0.0];
         at.extend_from_slice(p);
-        let model = Model { effects: vec![find(id).unwrap()], at };
+        let model = Model { effects: vec![KnownMotorEffect::find(id, &[]).unwrap()], at };
         let len = model.at.len();
         let columns = (0..EXPERIMENTS).map(|i| {
             let mut columns = DMatrix::zeros(6, len);

@@ -12,7 +12,9 @@ use super::least_squares::{Model, Problem};
 use super::modes::Modes;
 use super::screening::{added_columns, linear_cross_validation};
 use super::selection::{Gain, Judged, SIZE_SHARE, Selected, gain};
-use crate::drivetrain::effect::{Acting, Moment, MotorEffect, MotorFacts, MotorParameter};
+use crate::drivetrain::effect::{
+    Acting, KnownMotorEffect, Moment, MotorEffect, MotorFacts, MotorParameter,
+};
 
 /// What a voltage that is missing depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,8 +83,8 @@ enum Function {
 }
 
 impl MotorEffect for Function {
-    fn facts(&self) -> &'static MotorFacts {
-        &FACTS
+    fn facts(&self) -> MotorFacts<'_> {
+        FACTS
     }
 
     fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {
@@ -267,7 +269,8 @@ pub(super) fn unexplained(
             let grown: Vec<(Model, f64)> = functions
                 .iter()
                 .map(|(function, scale)| {
-                    (last.fitted.model.with(*function, &[STEP_V, *scale]), STEP_V)
+                    let function = KnownMotorEffect::BuiltIn(*function);
+                    (last.fitted.model.with(function, &[STEP_V, *scale]), STEP_V)
                 })
                 .collect();
             let added = added_columns(problem, &last.fitted, &grown);

@@ -2,12 +2,11 @@
 //!
 //! Whether it can be fitted is tested in `build.rs`.
 
-use core::ops::Range;
 use std::collections::BTreeMap;
 
-use super::error::{CustomError, CustomProblem, DefinitionPart};
-use super::parse::parse;
 use super::target::{Per, Target};
+use super::variables::VARIABLES;
+use crate::expression::{ExpressionError, Sides, parse};
 
 /// What a user writes about an effect of their own.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,44 +28,29 @@ pub struct Custom {
 impl Custom {
     /// Reads `dtheta = k * v^2 * omega`, or `dtheta/ds = ...`: target, per what, and the right-hand
     /// side. Errors point into the whole text.
-    pub fn from_equation(text: &str) -> Result<Self, CustomError> {
-        let fail = |at: Range<usize>, problem: CustomProblem| {
-            Err(CustomError::new(DefinitionPart::Target, at, problem))
-        };
-        let Some(equals) = text.find('=') else {
-            return fail(0..text.len(), CustomProblem::NoEquals);
-        };
-        let left = text[..equals].trim();
-        let begin = text.len() - text.trim_start().len();
-        let at = begin.min(equals)..begin.min(equals) + left.len();
-        let (name, per) = match left.split_once('/') {
-            None => (left, Per::Second),
+    pub fn from_equation(text: &str) -> Result<Self, ExpressionError> {
+        let sides = Sides::of(text)?;
+        let (name, per) = match sides.left.split_once('/') {
+            None => (sides.left, Per::Second),
             Some((name, per)) => match per.trim() {
                 "dt" => (name, Per::Second),
                 "ds" => (name, Per::Metre),
                 "dtheta" => (name, Per::Radian),
-                _ => return fail(at, CustomProblem::Target(left.to_owned())),
+                _ => return Err(sides.wrong_target()),
             },
         };
-        let Some(target) = Target::ALL.into_iter().find(|target| target.name() == name.trim())
-        else {
-            return fail(at, CustomProblem::Target(left.to_owned()));
-        };
-        let rest = &text[equals + 1..];
-        let from = equals + 1 + rest.len() - rest.trim_start().len();
+        let target = Target::ALL.into_iter().find(|target| target.name() == name.trim());
+        let target = target.ok_or_else(|| sides.wrong_target())?;
         let custom = Self {
             id: format!("custom_{}", target.name()),
             target,
             per,
-            expression: rest.trim().to_owned(),
+            expression: sides.right.to_owned(),
             units: BTreeMap::new(),
             ranges: BTreeMap::new(),
         };
         // An error in the expression points into the equation.
-        parse(&custom.expression).map_err(|error| CustomError {
-            at: error.at.start + from..error.at.end + from,
-            ..error
-        })?;
+        parse(&custom.expression, &VARIABLES).map_err(|error| sides.within(error))?;
         Ok(custom)
     }
 
@@ -81,7 +65,7 @@ impl Custom {
     }
 
     /// The names of its parameters, in the order in which they appear.
-    pub fn parameters(&self) -> Result<Vec<String>, CustomError> {
-        Ok(parse(&self.expression)?.1)
+    pub fn parameters(&self) -> Result<Vec<String>, ExpressionError> {
+        Ok(parse(&self.expression, &VARIABLES)?.1)
     }
 }

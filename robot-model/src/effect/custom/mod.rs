@@ -31,35 +31,26 @@
 //! | --- | --- |
 //! | `equation.rs` | [`Custom`]: what a user writes, and how an equation is read |
 //! | `target.rs` | [`Target`], [`Per`]: what it changes, and per what |
-//! | `parse.rs`, `tree.rs` | from text to a tree |
-//! | `unit.rs`, `dimensions.rs` | units, and those of the parameters |
-//! | `analysis.rs` | which parameters are amplitudes, which values are plausible |
-//! | `evaluate.rs` | the value in a step, with derivatives |
+//! | `variables.rs` | the variables, and their values in a step |
+//! | `analysis.rs` | where it grows without bound, which values are plausible |
 //! | `build.rs` | [`CustomEffect`]: all of it as an effect |
-//! | `error.rs` | [`CustomError`]: what is wrong, and where |
+//!
+//! How a text is read, and which units follow, is in [`crate::expression`], for the motors' effects too.
 
 mod analysis;
 mod build;
-mod dimensions;
 mod equation;
-mod error;
-mod evaluate;
-mod parse;
 mod target;
 #[cfg(test)]
 mod tests;
-mod tree;
-mod unit;
+mod variables;
 
 pub use build::CustomEffect;
 pub use equation::Custom;
-pub use error::{
-    CustomError, CustomProblem, DefinitionPart, Expected, RequiredUnit, UnboundedWhen,
-};
 pub use target::{Per, Target};
 
 /// The powers of metre, second and kilogram of a unit, as parameters declare it.
 #[cfg(test)]
-pub(super) fn dimensions(unit: &str) -> Result<[f64; 3], CustomProblem> {
-    unit::Unit::parse(unit).map(|unit| unit.0)
+pub(super) fn dimensions(unit: &str) -> Result<[f64; 3], crate::expression::ExpressionProblem> {
+    crate::expression::Unit::parse(unit).map(|unit| [unit.0[0], unit.0[1], unit.0[2]])
 }

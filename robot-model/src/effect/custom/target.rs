@@ -1,5 +1,7 @@
 //! What can an effect of the user's own change, and per what?
 
+use crate::expression::{LeftSide, Unit};
+
 /// What an expression changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
@@ -27,6 +29,21 @@ pub enum Per {
 impl Target {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::DsLeft, Self::DsRight, Self::Dtheta, Self::Dn];
+
+    /// What an equation of it, per this, is of.
+    pub(super) fn left_side(self, per: Per) -> LeftSide {
+        let metre = match self {
+            Self::Dtheta => 0.0,
+            Self::DsLeft | Self::DsRight | Self::Dn => 1.0,
+        };
+        let (per_metre, per_second) = match per {
+            Per::Second => (0.0, 1.0),
+            Per::Metre => (1.0, 0.0),
+            Per::Radian => (0.0, 0.0),
+        };
+        let unit = Unit([metre - per_metre, -per_second, 0.0, 0.0]);
+        LeftSide { quantity: self.name(), per: Some(per.name()), unit }
+    }
 
     /// Its name in an expression.
     pub const fn name(self) -> &'static str {

@@ -1,9 +1,14 @@
 use super::analysis::sample_steps;
+use super::variables::{VARIABLES, value};
 use super::*;
 use crate::effect::CATALOGUE;
 use crate::effect::definition::{Effect, Memory, Role};
 use crate::explain::explanation::explain_with;
 use crate::explain::model;
+use crate::expression::{
+    DefinitionPart, ExpressionError, ExpressionProblem, RequiredLeftSide, RequiredUnit, Unit,
+    evaluate, parse,
+};
 use crate::kinematics::WheelPair;
 use crate::numeric::Jet;
 use crate::tests::synthetic::{campaign, full_plan, term};
@@ -13,8 +18,8 @@ fn built(equation: &str) -> CustomEffect {
 }
 
 /// What is wrong, and the text that it points at.
-fn refused(equation: &str) -> (CustomProblem, String) {
-    let shown = |error: CustomError, text: &str| {
+fn refused(equation: &str) -> (ExpressionProblem, String) {
+    let shown = |error: ExpressionError, text: &str| {
         let pointed = text.get(error.at).unwrap_or("").to_owned();
         (error.problem, pointed)
     };
@@ -96,14 +101,14 @@ fn every_mistake_is_named_and_pointed_at() {
         }
     }
     let deep = format!("dtheta = {}k{}", "(".repeat(5000), ")".repeat(5000));
-    assert_eq!(refused(&deep).0, CustomProblem::TooDeep);
+    assert_eq!(refused(&deep).0, ExpressionProblem::TooDeep);
 }
 
 #[test]
 fn a_chain_too_long_for_the_stack_is_refused() {
     for operator in ["+", "*", "-", "/"] {
         let chain = vec!["k"; 100_000].join(operator);
-        assert_eq!(refused(&format!("dtheta = {chain}")).0, CustomProblem::TooLong(1000));
+        assert_eq!(refused(&format!("dtheta = {chain}")).0, ExpressionProblem::TooLong(1000));
     }
     let long = vec!["k"; 400].join("+");
     assert_eq!(units(&format!("dtheta/ds = {long}")), ["1/m"]);
@@ -124,7 +129,7 @@ fn a_unit_with_a_fraction_of_a_power_is_read_as_it_is_written() {
         assert_eq!(again, Ok(unit), "{equation}");
     }
     for power in ["nan", "inf", "1e3", "1000", "", "1.2.3"] {
-        assert!(unit::Unit::parse(&format!("m^{power}")).is_err(), "{power}");
+        assert!(Unit::parse(&format!("m^{power}")).is_err(), "{power}");
     }
 }
 
@@ -135,9 +140,12 @@ fn a_declared_unit_is_checked_against_the_expression() {
     assert_eq!(custom.build().unwrap().facts().parameters[0].unit, "s^2/m^2");
     custom.units.insert("k".into(), "s/m".into());
     let error = custom.build().unwrap_err();
-    let CustomProblem::WrongUnit { required, factor } = error.problem else { panic!("{error:?}") };
-    let (target, per, unit) = (Target::Dtheta, Per::Second, "1/s".to_owned());
-    assert_eq!((required, &*factor), (RequiredUnit::Target { target, per, unit }, "m/s"));
+    let ExpressionProblem::WrongUnit { required, factor } = error.problem else {
+        panic!("{error:?}")
+    };
+    let (quantity, per, unit) = ("dtheta", Some("second"), "1/s".into());
+    let left_side = RequiredUnit::LeftSide(Box::new(RequiredLeftSide { quantity, per, unit }));
+    assert_eq!((required, &*factor), (left_side, "m/s"));
     custom.units = [("c".to_owned(), "s".to_owned())].into();
     assert_eq!(custom.build().unwrap_err().part, DefinitionPart::Unit("c".into()));
 }
@@ -163,15 +171,15 @@ fn derivatives_agree_with_differences_of_sixth_order() {
         "dtheta/ds = k * cos(phi_left) / (1 + q * payload) - sqrt(abs(k * w))",
         "dtheta/ds = k * ln(2 + s/l) * abs(v_left/v_right)^n * min(a_left/0.2[m/s^2], 1) * tan(0.1*theta)",
     ] {
-        let (tree, names) = parse::parse(equation.split_once('=').unwrap().1).unwrap();
+        let (tree, names) = parse(equation.split_once('=').unwrap().1, &VARIABLES).unwrap();
         for step in sample_steps() {
             let at = [0.83, 0.31, 0.57, 1.71];
-            let exact = evaluate::evaluate(&tree, &Jet::parameters(&at), &step);
+            let exact = evaluate(&tree, &Jet::parameters(&at), &|index| value(index, &step));
             for j in 0..names.len() {
                 let value = |shift: f64| {
                     let mut at = at;
                     at[j] += shift;
-                    evaluate::evaluate(&tree, &Jet::parameters(&at), &step).value
+                    evaluate(&tree, &Jet::parameters(&at), &|index| value(index, &step)).value
                 };
                 let h = 1e-3;
                 let by = [(1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0)];
@@ -248,7 +256,7 @@ fn numbers_and_units_without_a_plausible_value_are_refused_with_their_place() {
         }
     }
     let refused = Custom::from_equation("dtheta = k * v * 1e-300").unwrap().build().unwrap_err();
-    assert_eq!(refused.problem, CustomProblem::NoPlausibleValue("k".to_owned()));
+    assert_eq!(refused.problem, ExpressionProblem::NoPlausibleValue("k".to_owned()));
 }
 
 proptest::proptest! {

@@ -1,37 +1,18 @@
-//! What is the value of an expression in a step, with its exact derivatives by the parameters?
+//! What is the value of an expression, with its exact derivatives by the parameters?
 
-use super::tree::{Function, Node, Operator, Tree, Variable};
+use super::tree::{Function, Node, Operator, Tree};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
-use crate::recording::motion::Step;
 
-impl Variable {
-    fn value(self, step: &Step) -> f64 {
-        let middle = |phi: f64, dphi: f64| phi + dphi / 2.0;
-        match self {
-            Self::V => step.speed_mps(),
-            Self::Omega => step.turn_rate_rad_s(),
-            Self::VLeft => step.wheel_speed_mps.left,
-            Self::VRight => step.wheel_speed_mps.right,
-            Self::A => step.wheel_accel_mps2.mean(),
-            Self::ALeft => step.wheel_accel_mps2.left,
-            Self::ARight => step.wheel_accel_mps2.right,
-            Self::Theta => step.heading_rad,
-            Self::PhiLeft => middle(step.phi_rad.left, step.dphi_rad.left),
-            Self::PhiRight => middle(step.phi_rad.right, step.dphi_rad.right),
-            Self::S => step.path_m + step.travel_m().abs() / 2.0,
-            Self::T => step.clock_s,
-            Self::TRun => step.t_s,
-            Self::Payload => step.payload_kg,
-        }
-    }
-}
-
-/// The value; infinite or NaN where the expression has none.
-pub(super) fn evaluate(tree: &Tree, p: &[Jet; PARAMETERS_MAX], step: &Step) -> Jet {
-    let at = |tree: &Tree| evaluate(tree, p, step);
+/// The value; infinite or NaN where the expression has none. `variable` gives the values of the variables.
+pub(crate) fn evaluate(
+    tree: &Tree,
+    p: &[Jet; PARAMETERS_MAX],
+    variable: &dyn Fn(usize) -> f64,
+) -> Jet {
+    let at = |tree: &Tree| evaluate(tree, p, variable);
     match &tree.node {
         Node::Number(value, _) => Jet::constant(*value),
-        Node::Variable(variable) => Jet::constant(variable.value(step)),
+        Node::Variable(index) => Jet::constant(variable(*index)),
         Node::Parameter(index) => p[*index],
         Node::Negative(inner) => -at(inner),
         Node::Binary(operator, left, right) => {

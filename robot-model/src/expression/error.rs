@@ -3,9 +3,7 @@
 use core::fmt;
 use core::ops::Range;
 
-use super::target::{Per, Target};
-
-/// Which part of a [`super::Custom`] is wrong.
+/// Which part of the definition of a user's own effect is wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DefinitionPart {
     /// The id.
@@ -22,7 +20,7 @@ pub enum DefinitionPart {
 
 /// What is wrong.
 #[derive(Clone, Debug, PartialEq)]
-pub enum CustomProblem {
+pub enum ExpressionProblem {
     /// An id that has other characters than small letters, digits and `_`, or that an effect of the catalogue has.
     Id(String),
     /// No `=` in the equation.
@@ -53,7 +51,7 @@ pub enum CustomProblem {
     Unbounded(UnboundedWhen),
     /// Not a unit.
     NotAUnit(String),
-    /// A unit, but not made of metre, second, kilogram and radian.
+    /// A unit, but not made of metre, second, kilogram, volt and radian.
     NotAnSiBaseUnit(String),
     /// A unit where another one, or none, is required.
     WrongUnit {
@@ -132,20 +130,15 @@ pub enum UnboundedWhen {
     AtRest,
     /// The accelerations go to zero.
     AtConstantSpeed,
+    /// The voltages go to zero.
+    WithoutVoltage,
 }
 
 /// Which unit is required.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RequiredUnit {
     /// The whole expression: that of its left-hand side.
-    Target {
-        /// What changes.
-        target: Target,
-        /// Per what.
-        per: Per,
-        /// Its unit.
-        unit: String,
-    },
+    LeftSide(Box<RequiredLeftSide>),
     /// The argument of this function: none.
     Argument(&'static str),
     /// An exponent: none.
@@ -154,6 +147,17 @@ pub enum RequiredUnit {
     Base,
     /// Two operands: the same.
     Same,
+}
+
+/// The left-hand side of an equation, as what its right-hand side must have the unit of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RequiredLeftSide {
+    /// What changes.
+    pub quantity: &'static str,
+    /// Per what, if it is a rate.
+    pub per: Option<&'static str>,
+    /// Its unit.
+    pub unit: String,
 }
 
 /// What can stand at a place of an expression.
@@ -169,34 +173,34 @@ pub enum Expected {
 
 /// Why an expression cannot be used, and where.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CustomError {
+pub struct ExpressionError {
     /// Which part is wrong.
     pub part: DefinitionPart,
     /// Where in that part, in bytes.
     pub at: Range<usize>,
     /// What is wrong.
-    pub problem: CustomProblem,
+    pub problem: ExpressionProblem,
 }
 
-impl CustomError {
-    pub(super) const fn new(
+impl ExpressionError {
+    pub(crate) const fn new(
         part: DefinitionPart,
         at: Range<usize>,
-        problem: CustomProblem,
+        problem: ExpressionProblem,
     ) -> Self {
         Self { part, at, problem }
     }
 
-    pub(super) const fn in_expression(at: Range<usize>, problem: CustomProblem) -> Self {
+    pub(crate) const fn in_expression(at: Range<usize>, problem: ExpressionProblem) -> Self {
         Self::new(DefinitionPart::Expression, at, problem)
     }
 }
 
-impl fmt::Display for CustomError {
+impl fmt::Display for ExpressionError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { part, at, problem } = self;
         write!(f, "{part:?} at {at:?}: {problem:?}")
     }
 }
 
-impl core::error::Error for CustomError {}
+impl core::error::Error for ExpressionError {}

@@ -12,7 +12,7 @@
 
 use core::ops::Range;
 
-use super::error::{CustomError, CustomProblem, Expected};
+use super::error::{Expected, ExpressionError, ExpressionProblem};
 use super::tree::{Function, Node, Operator, Tree, Variable};
 use super::unit::Unit;
 use crate::numeric::jet::PARAMETERS_MAX;
@@ -23,22 +23,26 @@ const DEPTH_MAX: usize = 64;
 const NODES_MAX: usize = 1000;
 
 /// Reads the right-hand side. The names of the parameters come in the order in which they appear.
-pub(super) fn parse(text: &str) -> Result<(Tree, Vec<String>), CustomError> {
-    let mut parser = Parser { text, at: 0, depth: 0, nodes: 0, parameters: Vec::new() };
+pub(crate) fn parse(
+    text: &str,
+    variables: &'static [Variable],
+) -> Result<(Tree, Vec<String>), ExpressionError> {
+    let mut parser = Parser { text, variables, at: 0, depth: 0, nodes: 0, parameters: Vec::new() };
     let tree = parser.sum()?;
     parser.space();
     match parser.rest().chars().next() {
         None => Ok((tree, parser.parameters)),
-        Some(')') => Err(parser.error(CustomProblem::ClosesNothing)),
+        Some(')') => Err(parser.error(ExpressionProblem::ClosesNothing)),
         Some(found) => {
             let expected = Expected::Operator;
-            Err(parser.error(CustomProblem::Unexpected { found, expected }))
+            Err(parser.error(ExpressionProblem::Unexpected { found, expected }))
         }
     }
 }
 
 struct Parser<'t> {
     text: &'t str,
+    variables: &'static [Variable],
     at: usize,
     depth: usize,
     nodes: usize,
@@ -46,6 +50,11 @@ struct Parser<'t> {
 }
 
 impl<'t> Parser<'t> {
+    /// Which variable has this name?
+    fn variable(&self, name: &str) -> Option<usize> {
+        self.variables.iter().position(|variable| variable.name == name)
+    }
+
     fn rest(&self) -> &'t str {
         &self.text[self.at..]
     }
@@ -54,9 +63,9 @@ impl<'t> Parser<'t> {
         self.at = self.text.len() - self.rest().trim_start().len();
     }
 
-    fn error(&self, problem: CustomProblem) -> CustomError {
+    fn error(&self, problem: ExpressionProblem) -> ExpressionError {
         let length = self.rest().chars().next().map_or(0, char::len_utf8);
-        CustomError::in_expression(self.at..self.at + length, problem)
+        ExpressionError::in_expression(self.at..self.at + length, problem)
     }
 
     /// The next character, if it is one of these.
@@ -67,7 +76,7 @@ impl<'t> Parser<'t> {
         Some(c)
     }
 
-    fn sum(&mut self) -> Result<Tree, CustomError> {
+    fn sum(&mut self) -> Result<Tree, ExpressionError> {
         let mut left = self.product()?;
         while let Some(c) = self.take("+-") {
             let operator = if c == '+' { Operator::Add } else { Operator::Subtract };
@@ -77,11 +86,11 @@ impl<'t> Parser<'t> {
         Ok(left)
     }
 
-    fn product(&mut self) -> Result<Tree, CustomError> {
+    fn product(&mut self) -> Result<Tree, ExpressionError> {
         let mut left = self.power()?;
         while let Some(c) = self.take("*/") {
             if c == '*' && self.rest().starts_with('*') {
-                return Err(self.error(CustomProblem::DoubleStar));
+                return Err(self.error(ExpressionProblem::DoubleStar));
             }
             let operator = if c == '*' { Operator::Multiply } else { Operator::Divide };
             let right = self.power()?;
@@ -90,15 +99,15 @@ impl<'t> Parser<'t> {
         Ok(left)
     }
 
-    fn power(&mut self) -> Result<Tree, CustomError> {
+    fn power(&mut self) -> Result<Tree, ExpressionError> {
         self.depth += 1;
         // Every operator and every call has a power on its right or inside it, so a power stands for two nodes.
         self.nodes += 2;
         if self.nodes > NODES_MAX {
-            return Err(self.error(CustomProblem::TooLong(NODES_MAX)));
+            return Err(self.error(ExpressionProblem::TooLong(NODES_MAX)));
         }
         if self.depth > DEPTH_MAX {
-            return Err(self.error(CustomProblem::TooDeep));
+            return Err(self.error(ExpressionProblem::TooDeep));
         }
         self.space();
         let from = self.at;
@@ -119,7 +128,7 @@ impl<'t> Parser<'t> {
         Ok(tree)
     }
 
-    fn atom(&mut self) -> Result<Tree, CustomError> {
+    fn atom(&mut self) -> Result<Tree, ExpressionError> {
         self.space();
         let from = self.at;
         match self.rest().chars().next() {
@@ -133,26 +142,26 @@ impl<'t> Parser<'t> {
             Some(c) if c.is_ascii_alphabetic() || c == '_' => self.name(),
             Some(found) => {
                 let expected = Expected::Operand;
-                Err(self.error(CustomProblem::Unexpected { found, expected }))
+                Err(self.error(ExpressionProblem::Unexpected { found, expected }))
             }
-            None => Err(self.error(CustomProblem::EndsEarly)),
+            None => Err(self.error(ExpressionProblem::EndsEarly)),
         }
     }
 
-    fn close(&mut self, opened: usize) -> Result<(), CustomError> {
+    fn close(&mut self, opened: usize) -> Result<(), ExpressionError> {
         if self.take(")").is_some() {
             return Ok(());
         }
         if self.rest().is_empty() {
             let at = opened..opened + 1;
-            return Err(CustomError::in_expression(at, CustomProblem::OpenParenthesis));
+            return Err(ExpressionError::in_expression(at, ExpressionProblem::OpenParenthesis));
         }
         let found = self.rest().chars().next().unwrap_or(' ');
         let expected = Expected::OperatorOrClose;
-        Err(self.error(CustomProblem::Unexpected { found, expected }))
+        Err(self.error(ExpressionProblem::Unexpected { found, expected }))
     }
 
-    fn number(&mut self) -> Result<Tree, CustomError> {
+    fn number(&mut self) -> Result<Tree, ExpressionError> {
         let from = self.at;
         let digits =
             |text: &str| text.len() - text.trim_start_matches(|c: char| c.is_ascii_digit()).len();
@@ -171,33 +180,34 @@ impl<'t> Parser<'t> {
         let text = &self.text[from..self.at];
         let value =
             text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| {
-                let problem = CustomProblem::NotANumber(text.to_owned());
-                CustomError::in_expression(from..self.at, problem)
+                let problem = ExpressionProblem::NotANumber(text.to_owned());
+                ExpressionError::in_expression(from..self.at, problem)
             })?;
         let mut unit = Unit::ONE;
         if self.rest().starts_with('[') {
             let opened = self.at;
             let Some(length) = self.rest().find(']') else {
                 let at = opened..opened + 1;
-                return Err(CustomError::in_expression(at, CustomProblem::OpenBracket));
+                return Err(ExpressionError::in_expression(at, ExpressionProblem::OpenBracket));
             };
             let inside = &self.rest()[1..length];
             self.at += length + 1;
             unit = Unit::parse(inside)
-                .map_err(|problem| CustomError::in_expression(opened..self.at, problem))?;
+                .map_err(|problem| ExpressionError::in_expression(opened..self.at, problem))?;
         } else if self.rest().starts_with(|c: char| c.is_ascii_alphabetic() || c == '_') {
-            return Err(self.error(CustomProblem::NoOperator));
+            return Err(self.error(ExpressionProblem::NoOperator));
         }
         Ok(Tree { node: Node::Number(value, unit), at: from..self.at })
     }
 
-    fn name(&mut self) -> Result<Tree, CustomError> {
+    fn name(&mut self) -> Result<Tree, ExpressionError> {
         let from = self.at;
         let part = |c: char| c.is_ascii_alphanumeric() || c == '_';
         self.at += self.rest().len() - self.rest().trim_start_matches(part).len();
         let name = &self.text[from..self.at];
         let at = from..self.at;
-        let fail = |problem: CustomProblem| Err(CustomError::in_expression(at.clone(), problem));
+        let fail =
+            |problem: ExpressionProblem| Err(ExpressionError::in_expression(at.clone(), problem));
         let opened = self.at;
         let called = self.take("(").is_some();
         match (Function::named(name), called) {
@@ -210,21 +220,21 @@ impl<'t> Parser<'t> {
                 let (takes, found) = (function.arguments(), arguments.len());
                 if found != takes {
                     let function = function.name();
-                    return fail(CustomProblem::Arguments { function, takes, found });
+                    return fail(ExpressionProblem::Arguments { function, takes, found });
                 }
                 Ok(Tree { node: Node::Call(function, arguments), at: from..self.at })
             }
-            (Some(_), false) => fail(CustomProblem::NotCalled(name.to_owned())),
-            (None, true) if Variable::named(name).is_some() => {
-                fail(CustomProblem::VariableCalled(name.to_owned()))
+            (Some(_), false) => fail(ExpressionProblem::NotCalled(name.to_owned())),
+            (None, true) if self.variable(name).is_some() => {
+                fail(ExpressionProblem::VariableCalled(name.to_owned()))
             }
-            (None, true) => fail(CustomProblem::NoFunction {
+            (None, true) => fail(ExpressionProblem::NoFunction {
                 name: name.to_owned(),
                 functions: Function::NAMES,
             }),
             (None, false) => {
                 self.at = opened;
-                let node = match (name, Variable::named(name)) {
+                let node = match (name, self.variable(name)) {
                     (_, Some(variable)) => Node::Variable(variable),
                     ("pi", None) => Node::Number(core::f64::consts::PI, Unit::ONE),
                     _ => Node::Parameter(self.parameter(name, &at)?),
@@ -234,19 +244,19 @@ impl<'t> Parser<'t> {
         }
     }
 
-    fn parameter(&mut self, name: &str, at: &Range<usize>) -> Result<usize, CustomError> {
+    fn parameter(&mut self, name: &str, at: &Range<usize>) -> Result<usize, ExpressionError> {
         if let Some(index) = self.parameters.iter().position(|parameter| parameter == name) {
             return Ok(index);
         }
-        let mut names = Variable::NAMES.iter().copied();
+        let mut names = self.variables.iter().map(|variable| variable.name);
         let slip = names.find(|known| known.len() > 3 && one_slip_apart(known, name));
-        let fail = |problem| Err(CustomError::in_expression(at.clone(), problem));
+        let fail = |problem| Err(ExpressionError::in_expression(at.clone(), problem));
         let name = name.to_owned();
         if let Some(variable) = slip {
-            return fail(CustomProblem::LooksLike { name, variable });
+            return fail(ExpressionProblem::LooksLike { name, variable });
         }
         if self.parameters.len() == PARAMETERS_MAX {
-            return fail(CustomProblem::TooManyParameters { name, most: PARAMETERS_MAX });
+            return fail(ExpressionProblem::TooManyParameters { name, most: PARAMETERS_MAX });
         }
         self.parameters.push(name);
         Ok(self.parameters.len() - 1)

@@ -1,19 +1,19 @@
-//! Which unit is meant? Units as powers of metre, second and kilogram; a radian is 1, as in the SI.
+//! Which unit is meant? Units as powers of metre, second, kilogram and volt; a radian is 1, as in the SI.
 
 use core::fmt;
 
-use super::error::CustomProblem;
+use super::error::ExpressionProblem;
 
-/// Exponents of metre, second and kilogram.
+/// Exponents of metre, second, kilogram and volt.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Unit(pub [f64; 3]);
+pub(crate) struct Unit(pub [f64; 4]);
 
 impl Unit {
-    pub const ONE: Self = Self([0.0; 3]);
+    pub const ONE: Self = Self([0.0; 4]);
 
     /// Reads `m/s^2`, `rad/m`, `1/(kg m)` and the like.
-    pub fn parse(text: &str) -> Result<Self, CustomProblem> {
-        let bad = |what: &str| Err(CustomProblem::NotAUnit(what.to_owned()));
+    pub fn parse(text: &str) -> Result<Self, ExpressionProblem> {
+        let bad = |what: &str| Err(ExpressionProblem::NotAUnit(what.to_owned()));
         let mut unit = Self::ONE;
         let (above, below) = match text.split_once('/') {
             Some((above, below)) => (above, Some(below)),
@@ -37,8 +37,9 @@ impl Unit {
                     "m" => 0,
                     "s" => 1,
                     "kg" => 2,
-                    "mm" | "cm" | "km" | "ms" | "min" | "h" | "g" | "deg" | "mrad" | "%" => {
-                        return Err(CustomProblem::NotAnSiBaseUnit(name.to_owned()));
+                    "V" => 3,
+                    "mm" | "cm" | "km" | "ms" | "min" | "h" | "g" | "mV" | "deg" | "mrad" | "%" => {
+                        return Err(ExpressionProblem::NotAnSiBaseUnit(name.to_owned()));
                     }
                     _ => return bad(factor),
                 };
@@ -46,6 +47,12 @@ impl Unit {
             }
         }
         Ok(unit)
+    }
+
+    /// A typical value of this unit for a small robot: 0.3 m, 1 s, 2 kg, 1 V.
+    pub fn typical(self) -> f64 {
+        let [m, s, kg, volt] = self.0;
+        0.3_f64.powf(m) * 1.0_f64.powf(s) * 2.0_f64.powf(kg) * 1.0_f64.powf(volt)
     }
 }
 
@@ -65,7 +72,9 @@ impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let side = |sign: f64| -> Vec<String> {
             let rounded = self.0.map(|power| (power * 1e6).round() / 1e6);
-            let names = ["m", "s", "kg"].into_iter().zip(rounded);
+            // The volt first: V s/m.
+            let names = [("V", 3), ("m", 0), ("s", 1), ("kg", 2)];
+            let names = names.map(|(name, index)| (name, rounded[index])).into_iter();
             let there = names.filter(|(_, power)| sign * power > 0.0);
             there
                 .map(|(name, power)| match power.abs() {

@@ -3,43 +3,19 @@
 //! The units of parameters that are not declared follow from the expression: each sum, function and
 //! the target itself is an equation in the exponents, linear in those of the unknown units.
 
-use super::error::{CustomError, CustomProblem, RequiredUnit};
-use super::target::{Per, Target};
+use super::error::{ExpressionError, ExpressionProblem, RequiredLeftSide, RequiredUnit};
 use super::tree::{Function, Node, Operator, Tree, Variable};
 use super::unit::Unit;
 use crate::numeric::jet::PARAMETERS_MAX;
 
-impl Target {
-    const fn unit(self) -> Unit {
-        match self {
-            Self::Dtheta => Unit::ONE,
-            Self::DsLeft | Self::DsRight | Self::Dn => Unit([1.0, 0.0, 0.0]),
-        }
-    }
-}
-
-impl Per {
-    const fn unit(self) -> Unit {
-        match self {
-            Self::Second => Unit([0.0, 1.0, 0.0]),
-            Self::Metre => Unit([1.0, 0.0, 0.0]),
-            Self::Radian => Unit::ONE,
-        }
-    }
-}
-
-impl Variable {
-    fn unit(self) -> Unit {
-        Unit(match self {
-            Self::V | Self::VLeft | Self::VRight => [1.0, -1.0, 0.0],
-            Self::Omega => [0.0, -1.0, 0.0],
-            Self::A | Self::ALeft | Self::ARight => [1.0, -2.0, 0.0],
-            Self::Theta | Self::PhiLeft | Self::PhiRight => [0.0; 3],
-            Self::S => [1.0, 0.0, 0.0],
-            Self::T | Self::TRun => [0.0, 1.0, 0.0],
-            Self::Payload => [0.0, 0.0, 1.0],
-        })
-    }
+/// What an equation is of: the right side has the unit of the left one.
+pub(crate) struct LeftSide {
+    /// What changes.
+    pub quantity: &'static str,
+    /// Per what, if it is a rate.
+    pub per: Option<&'static str>,
+    /// Its unit.
+    pub unit: Unit,
 }
 
 /// Exponents that differ by less are the same: a third is read as 0.333333.
@@ -48,7 +24,7 @@ const EXPONENT_TOLERANCE: f64 = 1e-5;
 /// A unit that may depend on those of the parameters: exponents `known + sum of[j] unit_j`.
 #[derive(Clone, Copy, Debug)]
 struct Open {
-    known: [f64; 3],
+    known: [f64; 4],
     of: [f64; PARAMETERS_MAX],
 }
 
@@ -73,19 +49,21 @@ struct Equation {
 }
 
 /// The unit of each parameter, declared or following from the expression.
-pub(super) fn units(
+pub(crate) fn units(
     tree: &Tree,
-    (target, per): (Target, Per),
+    variables: &[Variable],
+    left_side: &LeftSide,
     declared: &[Option<Unit>],
     names: &[String],
-) -> Result<Vec<Unit>, CustomError> {
+) -> Result<Vec<Unit>, ExpressionError> {
     let mut equations = Vec::new();
-    let whole = unit_of(tree, declared, &mut equations)?;
-    let left_side = Unit(core::array::from_fn(|i| target.unit().0[i] - per.unit().0[i]));
+    let whole = unit_of(tree, (variables, declared), &mut equations)?;
+    let &LeftSide { quantity, per, unit } = left_side;
+    let required = RequiredLeftSide { quantity, per, unit: unit.to_string() };
     equations.push(Equation {
-        open: whole.plus(Open::known(left_side), -1.0),
+        open: whole.plus(Open::known(unit), -1.0),
         at: tree.at.clone(),
-        required: RequiredUnit::Target { target, per, unit: left_side.to_string() },
+        required: RequiredUnit::LeftSide(Box::new(required)),
     });
     let mut solved: Vec<Option<(usize, Open)>> = vec![None; names.len()];
     for equation in equations {
@@ -102,7 +80,7 @@ pub(super) fn units(
                 // unit_j = -(rest) / coefficient
                 let coefficient = open.of[j];
                 open.of[j] = 0.0;
-                let rest = Open { known: [0.0; 3], of: [0.0; PARAMETERS_MAX] };
+                let rest = Open { known: [0.0; 4], of: [0.0; PARAMETERS_MAX] };
                 let unit = rest.plus(open, -1.0 / coefficient);
                 for (_, earlier) in solved.iter_mut().flatten() {
                     let times = earlier.of[j];
@@ -113,8 +91,8 @@ pub(super) fn units(
             }
             None if open.known.iter().any(|power| power.abs() > EXPONENT_TOLERANCE) => {
                 let factor = Unit(open.known).to_string();
-                let problem = CustomProblem::WrongUnit { required: equation.required, factor };
-                return Err(CustomError::in_expression(equation.at, problem));
+                let problem = ExpressionProblem::WrongUnit { required: equation.required, factor };
+                return Err(ExpressionError::in_expression(equation.at, problem));
             }
             None => {}
         }
@@ -129,8 +107,8 @@ pub(super) fn units(
                     Ok(Unit(open.known))
                 }
                 _ => {
-                    let problem = CustomProblem::UnknownUnit(names[j].clone());
-                    Err(CustomError::in_expression(tree.at.clone(), problem))
+                    let problem = ExpressionProblem::UnknownUnit(names[j].clone());
+                    Err(ExpressionError::in_expression(tree.at.clone(), problem))
                 }
             }
         })
@@ -140,13 +118,16 @@ pub(super) fn units(
 /// The unit of a tree; what has to hold in it is added to `equations`.
 fn unit_of(
     tree: &Tree,
-    declared: &[Option<Unit>],
+    (variables, declared): (&[Variable], &[Option<Unit>]),
     equations: &mut Vec<Equation>,
-) -> Result<Open, CustomError> {
+) -> Result<Open, ExpressionError> {
     let one = Open::known(Unit::ONE);
+    let known = |tree: &Tree, equations: &mut Vec<Equation>| {
+        unit_of(tree, (variables, declared), equations)
+    };
     Ok(match &tree.node {
         Node::Number(_, unit) => Open::known(*unit),
-        Node::Variable(variable) => Open::known(variable.unit()),
+        Node::Variable(variable) => Open::known(variables[*variable].unit),
         Node::Parameter(index) => match declared[*index] {
             Some(unit) => Open::known(unit),
             None => {
@@ -155,10 +136,9 @@ fn unit_of(
                 open
             }
         },
-        Node::Negative(inner) => unit_of(inner, declared, equations)?,
+        Node::Negative(inner) => known(inner, equations)?,
         Node::Binary(operator, left, right) => {
-            let (a, b) =
-                (unit_of(left, declared, equations)?, unit_of(right, declared, equations)?);
+            let (a, b) = (known(left, equations)?, known(right, equations)?);
             match operator {
                 Operator::Multiply => a.plus(b, 1.0),
                 Operator::Divide => a.plus(b, -1.0),
@@ -169,7 +149,7 @@ fn unit_of(
         Node::Call(function, arguments) => {
             let units: Vec<Open> = arguments
                 .iter()
-                .map(|argument| unit_of(argument, declared, equations))
+                .map(|argument| known(argument, equations))
                 .collect::<Result<_, _>>()?;
             match function {
                 Function::Abs => units[0],

@@ -6,15 +6,16 @@ use super::unit::Unit;
 
 /// A node, with its place in the text in bytes.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tree {
+pub(crate) struct Tree {
     pub node: Node,
     pub at: Range<usize>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Node {
+pub(crate) enum Node {
     Number(f64, Unit),
-    Variable(Variable),
+    /// By its place in the list that was given to the parser.
+    Variable(usize),
     Parameter(usize),
     Negative(Box<Tree>),
     Binary(Operator, Box<Tree>, Box<Tree>),
@@ -22,7 +23,7 @@ pub(super) enum Node {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Operator {
+pub(crate) enum Operator {
     Add,
     Subtract,
     Multiply,
@@ -30,13 +31,27 @@ pub(super) enum Operator {
     Power,
 }
 
-macro_rules! names {
-    ($(#[$doc:meta])* $kind:ident { $($variant:ident = $name:literal),* $(,)? }) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-        pub(super) enum $kind { $($variant),* }
+/// What an expression may use by name, besides its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Variable {
+    pub name: &'static str,
+    pub unit: Unit,
+}
 
-        impl $kind {
+impl Variable {
+    /// A variable whose unit has these powers of metre, second, kilogram and volt.
+    pub const fn new(name: &'static str, unit: [f64; 4]) -> Self {
+        Self { name, unit: Unit(unit) }
+    }
+}
+
+macro_rules! functions {
+    ($($variant:ident = $name:literal),* $(,)?) => {
+        /// The functions of an expression.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub(crate) enum Function { $($variant),* }
+
+        impl Function {
             pub const NAMES: &[&str] = &[$($name),*];
 
             pub fn named(name: &str) -> Option<Self> {
@@ -46,21 +61,9 @@ macro_rules! names {
     };
 }
 
-names! {
-    /// The variables of a step.
-    Variable {
-        V = "v", Omega = "omega", VLeft = "v_left", VRight = "v_right", A = "a", ALeft = "a_left",
-        ARight = "a_right", Theta = "theta", PhiLeft = "phi_left", PhiRight = "phi_right", S = "s",
-        T = "t", TRun = "t_run", Payload = "payload",
-    }
-}
-
-names! {
-    /// The functions of an expression.
-    Function {
-        Sin = "sin", Cos = "cos", Tan = "tan", Exp = "exp", Ln = "ln", Sqrt = "sqrt", Tanh = "tanh",
-        Abs = "abs", Sign = "sign", Min = "min", Max = "max",
-    }
+functions! {
+    Sin = "sin", Cos = "cos", Tan = "tan", Exp = "exp", Ln = "ln", Sqrt = "sqrt", Tanh = "tanh",
+    Abs = "abs", Sign = "sign", Min = "min", Max = "max",
 }
 
 impl Function {

@@ -1,10 +1,119 @@
-//! What is wrong with an equation of the user's own, and what to try, in words.
+//! What is wrong with an equation of the user's own, where, and what to try, in words.
 
-use robot_model::effect::custom::{CustomProblem, Expected, RequiredUnit, UnboundedWhen};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use robot_model::expression::{
+    DefinitionPart, Expected, ExpressionError, ExpressionProblem, RequiredUnit, UnboundedWhen,
+};
+use toml::Spanned;
+
+use crate::{CampaignError, Place};
+
+/// What an equation is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum About {
+    /// The path: `dtheta = ...`.
+    Path,
+    /// The motors: `dV = ...`.
+    Motors,
+}
+
+impl About {
+    /// An equation, and what can stand on its left.
+    const fn example(self) -> &'static str {
+        match self {
+            Self::Path => {
+                "for example dtheta = k * v^2 * omega; the left side is ds_left, ds_right, dtheta or \
+                 dn, followed by /dt, /ds or /dtheta for per second, metre or radian"
+            }
+            Self::Motors => {
+                "for example dV = q * v * abs(v); the left side is dV, dkS, dkV or dkA, followed by \
+                 _left or _right for one motor"
+            }
+        }
+    }
+
+    /// A unit that a parameter may have.
+    const fn unit(self) -> &'static str {
+        match self {
+            Self::Path => "s/m",
+            Self::Motors => "V s/m",
+        }
+    }
+
+    /// An error in an equation, with its column and a caret.
+    pub fn error(self, text: &str, error: &ExpressionError) -> CampaignError {
+        let column = text.get(..error.at.start).map_or(0, |start| start.chars().count()) as u64 + 1;
+        let place = Place { line: 1, column, ..Place::whole(Path::new("the equation")) };
+        let told = problem(&error.problem) + &caret(text, error);
+        CampaignError::new(place, told, hint(&error.problem, self))
+    }
+}
+
+/// Where the declaration of an effect stands in its file, in bytes.
+pub struct Declaration<'a> {
+    pub about: About,
+    pub start: usize,
+    pub left_side: usize,
+    /// As long as the string has no escapes.
+    pub expression: usize,
+    pub expression_text: &'a str,
+    pub unit: &'a BTreeMap<String, Spanned<String>>,
+    pub range: &'a BTreeMap<String, Spanned<[f64; 2]>>,
+}
+
+impl Declaration<'_> {
+    /// An error in it.
+    pub fn error(&self, file: &Path, text: &str, error: &ExpressionError) -> CampaignError {
+        let byte = match &error.part {
+            DefinitionPart::Id => self.start,
+            DefinitionPart::Target => self.left_side,
+            DefinitionPart::Expression => self.expression + error.at.start,
+            DefinitionPart::Unit(name) => {
+                let inside = |unit: &Spanned<String>| unit.span().start + 1 + error.at.start;
+                self.unit.get(name).map_or(self.start, inside)
+            }
+            DefinitionPart::Range(name) => {
+                self.range.get(name).map_or(self.start, |range| range.span().start)
+            }
+        };
+        let mut told = problem(&error.problem);
+        if error.part == DefinitionPart::Expression {
+            told += &caret(self.expression_text, error);
+        }
+        CampaignError::new(Place::of_byte(file, text, byte), told, hint(&error.problem, self.about))
+    }
+}
+
+/// The text, and on the next line carets under what is wrong.
+fn caret(text: &str, error: &ExpressionError) -> String {
+    let before = text.get(..error.at.start).map_or(0, |start| start.chars().count());
+    let wide = text.get(error.at.clone()).map_or(1, |wrong| wrong.chars().count()).max(1);
+    format!("\n    {text}\n    {}{}", " ".repeat(before), "^".repeat(wide))
+}
+
+/// Values by name, without their places.
+pub fn values<A, B>(
+    from: &BTreeMap<String, Spanned<A>>,
+    of: impl Fn(&A) -> B,
+) -> BTreeMap<String, B> {
+    from.iter().map(|(name, value)| (name.clone(), of(value.get_ref()))).collect()
+}
+
+/// A TOML string.
+pub fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+/// What stands in a comment must stay one line, whatever a user's own effect is called.
+pub fn one_line(text: &str) -> String {
+    text.replace(|c: char| c.is_control(), " ")
+}
 
 /// What is wrong.
-pub fn problem(problem: &CustomProblem) -> String {
-    use CustomProblem as P;
+fn problem(problem: &ExpressionProblem) -> String {
+    use ExpressionProblem as P;
     match problem {
         P::Id(id) => format!("`{id}` cannot be the id of an effect of your own"),
         P::NoEquals => "there is no = in it".to_owned(),
@@ -20,6 +129,9 @@ pub fn problem(problem: &CustomProblem) -> String {
         }
         P::Unbounded(UnboundedWhen::AtConstantSpeed) => {
             "it grows without bound when the robot drives at constant speed".to_owned()
+        }
+        P::Unbounded(UnboundedWhen::WithoutVoltage) => {
+            "it grows without bound when the voltage goes to zero".to_owned()
         }
         P::NotAUnit(text) => format!("`{text}` is not a unit"),
         P::NotAnSiBaseUnit(unit) => format!("`{unit}` is not an SI base unit"),
@@ -60,11 +172,11 @@ pub fn problem(problem: &CustomProblem) -> String {
 
 fn wrong_unit(required: &RequiredUnit) -> String {
     match required {
-        RequiredUnit::Target { target, per, unit } => format!(
-            "{} per {} has the unit {unit}, but the right side has another",
-            target.name(),
-            per.name()
-        ),
+        RequiredUnit::LeftSide(left) => {
+            let per = left.per.map_or_else(String::new, |per| format!(" per {per}"));
+            let (quantity, unit) = (left.quantity, &left.unit);
+            format!("{quantity}{per} has the unit {unit}, but the right side has another")
+        }
         RequiredUnit::Argument(function) => {
             format!("the argument of {function} must not have a unit")
         }
@@ -75,12 +187,14 @@ fn wrong_unit(required: &RequiredUnit) -> String {
 }
 
 /// What to try.
-pub fn hint(problem: &CustomProblem) -> String {
-    use CustomProblem as P;
+fn hint(problem: &ExpressionProblem, about: About) -> String {
+    use ExpressionProblem as P;
     let hint = match problem {
         P::NoParameter { parameters, .. } if parameters.is_empty() => "it has none",
         P::NoParameter { parameters, .. } => return format!("it has {}", parameters.join(", ")),
-        P::UnknownUnit(name) => return format!("declare it: {name} in s/m, for example"),
+        P::UnknownUnit(name) => {
+            return format!("declare it: {name} in {}, for example", about.unit());
+        }
         P::NotCalled(name) => return format!("write {name}(...)"),
         P::NoFunction { functions, .. } => {
             return format!("there are {}; multiply with *", functions.join(", "));
@@ -88,10 +202,7 @@ pub fn hint(problem: &CustomProblem) -> String {
         P::LooksLike { variable, .. } => return format!("did you mean {variable}?"),
         P::TooManyParameters { most, .. } => return format!("at most {most} can be fitted"),
         P::Id(_) => "small letters, digits and _, and no effect of the catalogue",
-        P::NoEquals | P::Target(_) => {
-            "for example dtheta = k * v^2 * omega; the left side is ds_left, ds_right, dtheta or \
-             dn, followed by /dt, /ds or /dtheta for per second, metre or radian"
-        }
+        P::NoEquals | P::Target(_) => about.example(),
         P::Range { of_amplitude: true, .. } => {
             "the lower end first, and zero within: at zero the effect is gone"
         }
@@ -106,12 +217,16 @@ pub fn hint(problem: &CustomProblem) -> String {
         P::Unbounded(UnboundedWhen::AtConstantSpeed) => {
             "do not divide by something that can be zero: write k / max(abs(a), 0.02[m/s^2]), for example"
         }
+        P::Unbounded(UnboundedWhen::WithoutVoltage) => {
+            "do not divide by something that can be zero: write k / max(abs(volts), 0.1[V]), for example"
+        }
         P::NotAUnit(_) | P::NotAnSiBaseUnit(_) => {
-            "for example 1, m, s/m, m/s^2, rad/m, s^2/m^2, 1/kg"
+            "for example 1, m, s/m, m/s^2, rad/m, s^2/m^2, 1/kg, V s/m"
         }
-        P::WrongUnit { required: RequiredUnit::Target { .. }, .. } => {
-            "check each factor; or declare another unit, or another per"
-        }
+        P::WrongUnit { required: RequiredUnit::LeftSide(left), .. } => match left.per {
+            None => "check each factor; or declare another unit",
+            Some(_) => "check each factor; or declare another unit, or another per",
+        },
         P::WrongUnit { required: RequiredUnit::Same, .. } => {
             "a number can carry its unit: 0.3[m/s]"
         }
@@ -139,7 +254,15 @@ pub fn hint(problem: &CustomProblem) -> String {
 
 #[cfg(test)]
 mod tests {
+    use robot_model::drivetrain::MotorCustom;
     use robot_model::effect::Custom;
+    use robot_model::expression::ExpressionError;
+
+    use super::{About, hint, problem};
+
+    fn told_of(error: &ExpressionError, about: About) -> String {
+        format!("{}; {}", problem(&error.problem), hint(&error.problem, about))
+    }
 
     #[test]
     fn every_mistake_is_told_with_a_hint() {
@@ -165,9 +288,32 @@ mod tests {
         ] {
             let custom = Custom::from_equation(equation);
             let error = custom.and_then(|custom| custom.build()).expect_err(equation);
-            let found =
-                format!("{}; {}", super::problem(&error.problem), super::hint(&error.problem));
+            let found = told_of(&error, About::Path);
             assert!(found.starts_with(told), "{equation}: {found}");
         }
+    }
+
+    #[test]
+    fn hints_of_equations_of_motors_are_about_motors() {
+        for (equation, told) in [
+            ("q * v", "there is no = in it; for example dV = q * v"),
+            ("dtheta = k * v", "`dtheta` cannot be changed; for example dV = q"),
+            ("dV = a * b * v", "the unit of a does not follow from this; declare it: a in V s/m"),
+            ("dV = k / volts", "it grows without bound when the voltage goes to zero; do not"),
+            ("dV = k / v", "it grows without bound when the robot stands still; do not divide"),
+            ("dV = 2[V] * k * v * 1[s/m] * exp(k * v)", "the effect does not vanish when"),
+        ] {
+            let custom = MotorCustom::from_equation(equation);
+            let error = custom.and_then(|custom| custom.build()).expect_err(equation);
+            let found = told_of(&error, About::Motors);
+            assert!(found.starts_with(told), "{equation}: {found}");
+        }
+        let mut custom = MotorCustom::from_equation("dkV = k * abs(v)").expect("an equation");
+        custom.units.insert("k".into(), "V s/m".into());
+        let found = told_of(&custom.build().expect_err("a wrong unit"), About::Motors);
+        assert!(
+            found.starts_with("dkV has the unit V s/m, but the right side has another"),
+            "{found}"
+        );
     }
 }

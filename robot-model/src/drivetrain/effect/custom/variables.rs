@@ -1,0 +1,41 @@
+//! Which variables may an expression of motors use, and what are they in a moment?
+
+use core::f64::consts::TAU;
+
+use crate::drivetrain::effect::definition::Moment;
+use crate::expression::Variable;
+
+const SPEED: [f64; 4] = [1.0, -1.0, 0.0, 0.0];
+const VOLT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
+const ONE: [f64; 4] = [0.0; 4];
+
+/// The value of a variable in a moment.
+type Value = fn(&Moment) -> f64;
+
+/// Each variable with its value in a moment.
+const TABLE: [(Variable, Value); 8] = [
+    (Variable::new("v", SPEED), |moment| moment.speed_mps.0),
+    (Variable::new("v_other", SPEED), |moment| moment.speed_mps.1),
+    (Variable::new("volts", VOLT), |moment| moment.volts.0),
+    (Variable::new("volts_other", VOLT), |moment| moment.volts.1),
+    (Variable::new("phi", ONE), |moment| TAU * moment.turns),
+    (Variable::new("theta", ONE), |moment| moment.heading_rad),
+    (Variable::new("t", [0.0, 1.0, 0.0, 0.0]), |moment| moment.t_s),
+    (Variable::new("side", ONE), |moment| moment.side),
+];
+
+/// The variables.
+pub(super) static VARIABLES: [Variable; TABLE.len()] = {
+    let mut variables = [TABLE[0].0; TABLE.len()];
+    let mut index = 0;
+    while index < TABLE.len() {
+        variables[index] = TABLE[index].0;
+        index += 1;
+    }
+    variables
+};
+
+/// The value of the variable of this index.
+pub(super) fn value(index: usize, moment: &Moment) -> f64 {
+    TABLE[index].1(moment)
+}

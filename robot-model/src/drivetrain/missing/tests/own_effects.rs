@@ -1,0 +1,67 @@
+//! Effects of a user's own, beside those of the catalogue.
+
+use std::sync::Arc;
+
+use super::*;
+use crate::drivetrain::effect::MotorCustom;
+
+fn own(equation: &str) -> KnownMotorEffect {
+    let built = MotorCustom::from_equation(equation).unwrap().build().unwrap();
+    KnownMotorEffect::Own(Arc::new(built))
+}
+
+#[test]
+fn an_expression_gives_the_same_fit_as_the_built_in_effect() {
+    let experiments = Motors { drag: 4.0, ..SOUND }.campaign(7);
+    let fitted = |effect: KnownMotorEffect| fit_chosen(&ROBOT, &experiments, &[effect]).unwrap();
+    let built_in = fitted(KnownMotorEffect::find("quadratic_drag", &[]).unwrap());
+    let expression = fitted(own("dV = q * v * abs(v)"));
+    let (a, b) = (&expression.effects[0], &built_in.effects[0]);
+    let off = a.parameters[0].value / b.parameters[0].value - 1.0;
+    assert!(off.abs() < 1e-3, "{a:?} {b:?}");
+    let off = a.parameters[0].half_width_95 / b.parameters[0].half_width_95 - 1.0;
+    assert!(off.abs() < 0.02, "{a:?} {b:?}");
+    let off = expression.errors.cross_validated_m / built_in.errors.cross_validated_m - 1.0;
+    assert!(off.abs() < 1e-3 && a.matters, "{off} {a:?}");
+    assert_eq!(a.parameters[0].unit, "V s^2/m^2");
+}
+
+#[test]
+fn explain_names_an_effect_of_the_users_own_that_the_catalogue_lacks() {
+    let experiments = Motors { drag: 4.0, ..SOUND }.campaign(7);
+    let mut catalogue = KnownMotorEffect::all(&[]);
+    catalogue.retain(|effect| effect.facts().id != "quadratic_drag");
+    catalogue.push(own("dV = q * v * abs(v)"));
+    // Nothing that these motors have.
+    catalogue.push(own("dkS = k * max(0, cos(phi))"));
+    let catalogue = catalogue;
+    let answer = missing_with(&ROBOT, &experiments, &catalogue).unwrap();
+    let found: Vec<&str> = answer.steps.iter().map(|step| step.effect.facts().id).collect();
+    assert_eq!(found, ["custom_dv"], "{answer:#?}");
+    assert!(holds(&answer.steps[0].parameters[0], 4.0), "{answer:#?}");
+    assert!(answer.tried.iter().any(|tried| tried.effect.facts().id == "custom_dks"));
+}
+
+/// What no effect of the catalogue does: the right wheel rubs once a turn.
+#[test]
+fn an_effect_of_one_motor_that_the_catalogue_does_not_have_is_needed_and_its_size_is_right() {
+    let experiments = Motors { rubs: 0.2, ..SOUND }.campaign(7);
+    let fitted = |effects: &[KnownMotorEffect]| fit_chosen(&ROBOT, &experiments, effects).unwrap();
+    let before = fitted(&[]);
+    let after = fitted(&[own("dkS_right = k * max(0, cos(phi))")]);
+    assert!(after.errors.cross_validated_m < 0.2 * before.errors.cross_validated_m, "{after:#?}");
+    assert!(after.effects[0].matters && holds(&after.effects[0].parameters[0], 0.2), "{after:#?}");
+    // The other wheel does not.
+    let other = fitted(&[own("dkS_left = k * max(0, cos(phi))")]);
+    assert!(other.errors.cross_validated_m > 0.9 * before.errors.cross_validated_m, "{other:#?}");
+}
+
+/// A shape is fitted with its amplitude.
+#[test]
+fn the_shape_of_an_expression_is_fitted() {
+    let experiments = Motors { slow: (0.2, 0.06), ..SOUND }.campaign(7);
+    let effects = [own("dkS = k * exp(-(v / w)^2)")];
+    let fitted = fit_chosen(&ROBOT, &experiments, &effects).unwrap();
+    let [k, w] = fitted.effects[0].parameters.as_slice() else { panic!() };
+    assert!(fitted.effects[0].matters && holds(k, 0.2) && holds(w, 0.06), "{fitted:#?}");
+}

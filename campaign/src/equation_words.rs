@@ -117,6 +117,7 @@ fn problem(problem: &ExpressionProblem) -> String {
     match problem {
         P::Id(id) => format!("`{id}` cannot be the id of an effect of your own"),
         P::NoEquals => "there is no = in it".to_owned(),
+        P::Target(left) if left.is_empty() => "there is nothing on the left of =".to_owned(),
         P::Target(left) => format!("`{left}` cannot be changed"),
         P::NoParameter { name, .. } => format!("the expression has no parameter `{name}`"),
         P::Range { name, range: [low, high], .. } => {
@@ -164,6 +165,9 @@ fn problem(problem: &ExpressionProblem) -> String {
         P::LooksLike { name, .. } => {
             format!("`{name}` is neither a variable nor a good name for a parameter")
         }
+        P::Reserved { name, .. } => {
+            format!("`{name}` is no variable here, and would mislead as a parameter")
+        }
         P::TooManyParameters { name, most } => {
             format!("`{name}` would be parameter number {}", most + 1)
         }
@@ -186,27 +190,44 @@ fn wrong_unit(required: &RequiredUnit) -> String {
     }
 }
 
+/// What to try, where it has names or numbers of the problem in it.
+fn hint_with_names(problem: &ExpressionProblem, about: About) -> Option<String> {
+    use ExpressionProblem as P;
+    Some(match problem {
+        P::NoParameter { parameters, .. } if parameters.is_empty() => "it has none".to_owned(),
+        P::NoParameter { parameters, .. } => format!("it has {}", parameters.join(", ")),
+        P::UnknownUnit(name) => {
+            let unit = about.unit();
+            format!(
+                "declare it, for example --unit \"{name}={unit}\"; in a file unit.{name} = \"{unit}\""
+            )
+        }
+        P::NotCalled(name) => format!("write {name}(...)"),
+        P::NoFunction { functions, .. } => {
+            format!("there are {}; multiply with *", functions.join(", "))
+        }
+        P::Reserved { variables, .. } => {
+            format!("the variables are {}; or choose another name", variables.join(", "))
+        }
+        P::LooksLike { variable, .. } => format!("did you mean {variable}?"),
+        P::TooManyParameters { most, .. } => format!("at most {most} can be fitted"),
+        _ => return None,
+    })
+}
+
 /// What to try.
 fn hint(problem: &ExpressionProblem, about: About) -> String {
     use ExpressionProblem as P;
+    if let Some(hint) = hint_with_names(problem, about) {
+        return hint;
+    }
     let hint = match problem {
-        P::NoParameter { parameters, .. } if parameters.is_empty() => "it has none",
-        P::NoParameter { parameters, .. } => return format!("it has {}", parameters.join(", ")),
-        P::UnknownUnit(name) => {
-            return format!("declare it: {name} in {}, for example", about.unit());
-        }
-        P::NotCalled(name) => return format!("write {name}(...)"),
-        P::NoFunction { functions, .. } => {
-            return format!("there are {}; multiply with *", functions.join(", "));
-        }
-        P::LooksLike { variable, .. } => return format!("did you mean {variable}?"),
-        P::TooManyParameters { most, .. } => return format!("at most {most} can be fitted"),
         P::Id(_) => "small letters, digits and _, and no effect of the catalogue",
         P::NoEquals | P::Target(_) => about.example(),
         P::Range { of_amplitude: true, .. } => {
-            "the lower end first, and zero within: at zero the effect is gone"
+            "two finite numbers, the lower one first, and zero within: at zero the effect is gone"
         }
-        P::Range { of_amplitude: false, .. } => "the lower end first",
+        P::Range { of_amplitude: false, .. } => "two finite numbers, the lower one first",
         P::NoPlausibleValue(_) => {
             "numbers of everyday size in SI units, and units with small powers; or declare its range"
         }
@@ -248,6 +269,14 @@ fn hint(problem: &ExpressionProblem, about: About) -> String {
         P::TooDeep => "write it with fewer parentheses",
         P::Arguments { .. } => "separate arguments by commas",
         P::VariableCalled(_) => "multiply with *",
+        // Told above.
+        P::NoParameter { .. }
+        | P::UnknownUnit(_)
+        | P::NotCalled(_)
+        | P::NoFunction { .. }
+        | P::Reserved { .. }
+        | P::LooksLike { .. }
+        | P::TooManyParameters { .. } => "",
     };
     hint.to_owned()
 }
@@ -284,7 +313,10 @@ mod tests {
             ("dtheta = k * v + 2 * v", "the effect does not vanish when its parameters are zero"),
             ("dn = k / a", "it grows without bound when the robot drives at constant speed"),
             ("dtheta = k * 3[mm]", "`mm` is not an SI base unit; for example 1, m, s/m"),
-            ("dtheta = k1 * k2 * v", "the unit of k1 does not follow from this; declare it: k1 in"),
+            (
+                "dtheta = k1 * k2 * v",
+                "the unit of k1 does not follow from this; declare it, for example --unit \"k1=s/m\"",
+            ),
         ] {
             let custom = Custom::from_equation(equation);
             let error = custom.and_then(|custom| custom.build()).expect_err(equation);
@@ -298,7 +330,14 @@ mod tests {
         for (equation, told) in [
             ("q * v", "there is no = in it; for example dV = q * v"),
             ("dtheta = k * v", "`dtheta` cannot be changed; for example dV = q"),
-            ("dV = a * b * v", "the unit of a does not follow from this; declare it: a in V s/m"),
+            (
+                "dV = a * b * v",
+                "the unit of a does not follow from this; declare it, for example --unit \"a=V s/m\"",
+            ),
+            (
+                "dV = k * v_left",
+                "`v_left` is no variable here, and would mislead as a parameter; the variables are v, v_other",
+            ),
             ("dV = k / volts", "it grows without bound when the voltage goes to zero; do not"),
             ("dV = k / v", "it grows without bound when the robot stands still; do not divide"),
             ("dV = 2[V] * k * v * 1[s/m] * exp(k * v)", "the effect does not vanish when"),

@@ -84,8 +84,16 @@ impl Recordings {
                 }
                 false => "no run of this campaign has measured poses",
             };
-            let hint =
-                "fill in x_m, y_m and heading_rad, at least at the start and the end of a run";
+            let mut rows = campaign.runs.iter().flat_map(|run| &run.rows);
+            let hint = match rows.any(|row| row.applied_v.left.is_some()) {
+                // Those of `tune --record`.
+                true => {
+                    "these runs have voltages: explain, compare and report them with --drivetrain"
+                }
+                false => {
+                    "fill in x_m, y_m and heading_rad, at least at the start and the end of a run"
+                }
+            };
             return Err(CampaignError::new(Place::whole(folder), problem, hint));
         }
         Ok(robot_model::recording::Campaign { robot: self.robot, runs: self.runs })

@@ -2,10 +2,13 @@
 //!
 //! The answer is computed in `robot_model::drivetrain`; here it becomes sentences and tables.
 
+use std::path::Path;
+
 use robot_model::drivetrain::{
     BaselineErrors, Estimate, KnownMotorEffect, MotorAnswer, MotorErrors, MotorStep,
 };
 
+use crate::escape::shell_path;
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 
 pub use findings::words::motors::{
@@ -16,7 +19,7 @@ pub use findings::words::motors::{
 const LISTED: usize = 6;
 
 /// Prints how far the model is off, with the effects that it has.
-pub fn show_comparison(found: &BaselineErrors, names: &[&str], effects: &[&str]) {
+pub fn show_comparison(found: &BaselineErrors, names: &[&str], effects: &[&str], campaign: &Path) {
     let BaselineErrors { errors, each_m, resolution_m, .. } = found;
     let times = errors.cross_validated_m / resolution_m;
     let with = match effects {
@@ -52,7 +55,8 @@ pub fn show_comparison(found: &BaselineErrors, names: &[&str], effects: &[&str])
     }
     if times > WORTH_A_WORD {
         say("");
-        say("`beeline explain --drivetrain` says what is missing.");
+        let campaign = shell_path(campaign);
+        say(format_args!("`beeline explain --drivetrain {campaign}` says what is missing."));
     }
 }
 
@@ -120,9 +124,9 @@ fn show_step(number: usize, step: &MotorStep) {
     }
     say(format_args!("   positive: {}", facts.sign));
     say(format_args!(
-        "   the error falls to {}; chance alone does that in one of {:.0} campaigns",
+        "   the error falls to {}; chance alone does that in {}",
         millimetres(step.errors.cross_validated_m),
-        1.0 / step.p_value
+        chance_alone(step.p_value)
     ));
     if !step.class.is_empty() {
         let class = ids(&step.class).join(", ");
@@ -150,19 +154,74 @@ fn show_held_out(errors: &MotorErrors) {
 
 /// `kS  0.501 ± 0.002 V`
 pub(crate) fn estimate(estimate: &Estimate) -> String {
-    let &Estimate { ref name, ref unit, value, half_width_95 } = estimate;
+    let &Estimate { ref name, ref unit, value, half_width_95, is_at_end } = estimate;
     let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    let end = if is_at_end { ", at the end of its range" } else { "" };
     if !half_width_95.is_finite() {
-        return format!("{name}  {value:.3}{unit}, from a single experiment");
+        return format!("{name}  {}{unit}, from a single experiment{end}", three_digits(value));
     }
     if half_width_95 == 0.0 {
-        return format!("{name}  {value:.3}{unit}, of which these experiments tell nothing");
+        let value = three_digits(value);
+        return format!("{name}  {value}{unit}, of which these experiments tell nothing{end}");
+    }
+    if !(1e-5..1e6).contains(&half_width_95) {
+        return format!("{name}  {} ± {half_width_95:.1e}{unit}{end}", three_digits(value));
     }
     // Two digits of the half-width.
     let digits = (1.0 - half_width_95.log10().floor()).clamp(0.0, 7.0) as usize;
-    format!("{name}  {value:.digits$} ± {half_width_95:.digits$}{unit}")
+    let shown = format!("{value:.digits$}");
+    let shown = if shown.bytes().any(|byte| byte.is_ascii_digit() && byte != b'0') {
+        shown
+    } else {
+        // No minus before zero.
+        format!("{:.digits$}", 0.0)
+    };
+    format!("{name}  {shown} ± {half_width_95:.digits$}{unit}{end}")
+}
+
+/// Three digits after the point, or a power of ten where they would not do.
+fn three_digits(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        0.01..1e6 => format!("{value:.3}"),
+        _ => format!("{value:.2e}"),
+    }
+}
+
+/// How rarely chance does it, as the test can tell: by 4000 draws of signs.
+pub(crate) fn chance_alone(p_value: f64) -> String {
+    const DRAWS: f64 = 4000.0;
+    if p_value * DRAWS < 1.5 {
+        format!("less than one of {DRAWS:.0} campaigns")
+    } else {
+        format!("one of {:.0} campaigns", 1.0 / p_value)
+    }
 }
 
 pub(crate) fn millimetres(length_m: f64) -> String {
     format!("{:.2} mm", length_m * 1e3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_their_half_widths_leave() {
+        let told = |value: f64, half_width_95: f64, is_at_end: bool| {
+            let (name, unit) = ("k".into(), "V".into());
+            estimate(&Estimate { name, unit, value, half_width_95, is_at_end })
+        };
+        assert_eq!(told(0.5012, 0.0021, false), "k  0.5012 ± 0.0021 V");
+        assert_eq!(told(-0.3, 56.0, false), "k  0 ± 56 V");
+        assert_eq!(told(2e-9, 3.2e-10, false), "k  2.00e-9 ± 3.2e-10 V");
+        assert_eq!(
+            told(-5_876_613.0, 8.6e6, true),
+            "k  -5.88e6 ± 8.6e6 V, at the end of its range"
+        );
+        assert_eq!(told(0.0, 0.0, false), "k  0 V, of which these experiments tell nothing");
+        assert_eq!(told(1.0, f64::INFINITY, false), "k  1.000 V, from a single experiment");
+        assert_eq!(chance_alone(1.0 / 4001.0), "less than one of 4000 campaigns");
+        assert_eq!(chance_alone(0.004), "one of 250 campaigns");
+    }
 }

@@ -202,6 +202,21 @@ fn an_equation_is_added(temp: &TempFolder, before_m: f64) {
     let effect = &added["effects"][0];
     assert!(effect["effect"] == "my_drag" && effect["needed"] == true, "{added:#}");
     assert_eq!(effect["parameters"][0]["unit"], "V s^2/m^2");
+    // The same again, and what kA does already.
+    for (equation, options, says) in [
+        (
+            "dV = 2 * k * v * abs(v)",
+            &[][..],
+            "custom_dv does what the rest of the model can do already",
+        ),
+        ("dkA = k", &[], "custom_dka does what the rest"),
+        ("dV = k * v * volts", &["--name", "my_drag"], "there is an effect `my_drag` already"),
+        ("dV = q * v_left", &[], "`v_left` is no variable here"),
+    ] {
+        let outcome = add(equation, options);
+        assert_eq!(outcome.code, Some(2), "{outcome:#?}");
+        assert!(outcome.stderr.contains(says), "{equation}: {}", outcome.stderr);
+    }
     // Declared, it is a candidate, and these experiments cannot tell it from the built-in one.
     let explained = temp.run("explain --drivetrain motors --json").ok().json();
     let step = &explained["steps"][0];
@@ -210,6 +225,15 @@ fn an_equation_is_added(temp: &TempFolder, before_m: f64) {
     assert!(named.iter().any(|id| **id == "quadratic_drag"), "{explained:#}");
     let shown = temp.run("model show --drivetrain motors").ok().stdout;
     assert!(shown.contains("my_drag") && shown.contains("dV = q * v * abs(v)"), "{shown}");
+    // No experiment tells an effect from one that does the same.
+    let separates = &explained["next"]["separates"];
+    assert!(!separates.to_string().contains("my_drag"), "{explained:#}");
+    temp.run("report --drivetrain motors -o motors.html").ok();
+    let page = String::from_utf8(temp.read("motors.html")).unwrap();
+    assert!(page.contains("p b pale") && page.contains("pale, without them"), "both are drawn");
+    // Without --drivetrain.
+    let outcome = temp.run("explain motors");
+    assert!(outcome.stderr.contains("with --drivetrain"), "{outcome:#?}");
     temp.run("model remove my_drag --drivetrain motors").ok();
     assert!(!String::from_utf8(temp.read("motors/motors.toml")).unwrap().contains("my_drag"));
 }

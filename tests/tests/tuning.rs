@@ -213,6 +213,15 @@ fn an_encoder_that_is_cut_in_the_verifying_drives_is_not_taken_for_bad_gains() {
     }
 }
 
+#[test]
+fn interference_at_an_encoder_is_not_taken_for_a_push() {
+    for (at_s, counts_per_s) in [(0.005, 300.0), (0.005, 3000.0), (40.0, 3000.0)] {
+        let noise = PlantFault::EncoderNoise(Wheel::Left, counts_per_s);
+        let named = "the left wheel counts on with its motor off, while the right one stands";
+        fails(at_s, |testbed, _| testbed.inject(noise), &[named]);
+    }
+}
+
 /// Motors that answer so late have no loop with a margin.
 #[test]
 fn a_delay_longer_than_is_looked_for_is_refused() {

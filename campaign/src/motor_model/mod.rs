@@ -4,7 +4,7 @@
 //! ```toml
 //! [[effect]]
 //! id = "backlash"
-//! parameters.play = { value = 0.0011, half_width_95 = 0.0002, unit = "m" }
+//! parameters.beta = { value = 0.0011, half_width_95 = 0.0002, unit = "m" }
 //!
 //! [[custom]]
 //! id = "rubs"
@@ -56,10 +56,10 @@ pub struct MotorModelEntry {
 pub struct FittedValue {
     /// The value.
     pub value: f64,
-    /// Half the width of its 95 % interval.
-    pub half_width_95: f64,
+    /// Half the width of its 95 % interval, if these experiments tell it.
+    pub half_width_95: Option<f64>,
     /// Its unit; `1` for a ratio.
-    pub unit: String,
+    pub unit: Option<String>,
 }
 
 impl MotorModelFile {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use robot_model::drivetrain::{CustomMotorEffect, MotorCustom, MotorEffect};
+use robot_model::drivetrain::{CustomMotorEffect, KnownMotorEffect, MotorCustom, MotorEffect};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -26,7 +26,7 @@ struct RawFile {
 struct RawEffect {
     id: Spanned<String>,
     #[serde(default)]
-    parameters: BTreeMap<String, FittedValue>,
+    parameters: BTreeMap<String, Spanned<FittedValue>>,
 }
 
 #[derive(Deserialize)]
@@ -58,7 +58,7 @@ impl MotorModelFile {
                 .span()
                 .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
             let problem = error.message().trim().replace('\n', "; ");
-            let hint = "`beeline model fit CAMPAIGN --drivetrain` writes such a file";
+            let hint = "mend that line, or delete the file and begin again with `beeline model add --drivetrain`";
             CampaignError::new(place, problem, hint)
         })?;
         let mut model = Self::default();
@@ -83,10 +83,44 @@ impl MotorModelFile {
                 let problem = format!("{name} is there twice");
                 return Err(CampaignError::new(place, problem, "remove one of them"));
             }
-            model.effects.push(MotorModelEntry { effect, values: parameters });
+            let values = fitted_values(&effect, parameters, file, text)?;
+            model.effects.push(MotorModelEntry { effect, values });
         }
         Ok(model)
     }
+}
+
+/// The values of an effect, if they are its own and can be.
+fn fitted_values(
+    effect: &KnownMotorEffect,
+    raw: BTreeMap<String, Spanned<FittedValue>>,
+    file: &Path,
+    text: &str,
+) -> Result<BTreeMap<String, FittedValue>, CampaignError> {
+    let facts = effect.facts();
+    let mut values = BTreeMap::new();
+    for (name, value) in raw {
+        let place = Place::of_byte(file, text, value.span().start);
+        let fail =
+            |problem: String, hint: String| Err(CampaignError::new(place.clone(), problem, hint));
+        let value = value.into_inner();
+        let Some(known) = facts.parameters.iter().find(|known| *known.name == *name) else {
+            let names: Vec<&str> = facts.parameters.iter().map(|known| &*known.name).collect();
+            let problem = format!("{} has no parameter `{name}`", facts.id);
+            return fail(problem, format!("it has {}", names.join(", ")));
+        };
+        if let Some(unit) = value.unit.as_ref().filter(|unit| **unit != *known.unit) {
+            let problem = format!("{name} of {} is in {}, not in {unit}", facts.id, known.unit);
+            return fail(problem, "give the value in that unit".into());
+        }
+        let is_width = |width: f64| width >= 0.0;
+        if !value.value.is_finite() || !value.half_width_95.is_none_or(is_width) {
+            let problem = format!("{name} of {} is not a number with a half-width", facts.id);
+            return fail(problem, "`beeline model fit --drivetrain` fits it again".into());
+        }
+        values.insert(name, value);
+    }
+    Ok(values)
 }
 
 /// An effect of the user's own, as declared.

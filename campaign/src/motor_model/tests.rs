@@ -25,6 +25,7 @@ fn what_is_written_is_read_again() {
         unit: "V".into(),
         value: 0.2,
         half_width_95: f64::INFINITY,
+        is_at_end: false,
     }];
     let errors = MotorErrors { fitted_m: 0.0, cross_validated_m: 0.0, held_out_m: None };
     let effect = ChosenEffect {
@@ -51,14 +52,28 @@ fn what_is_written_is_read_again() {
     }
     let [entry] = again.effects.as_slice() else { panic!("{written}") };
     assert_eq!(entry.effect.facts().id, "rubs");
-    assert_eq!((entry.values["k"].value, entry.values["k"].unit.as_str()), (0.2, "V"));
+    assert_eq!((entry.values["k"].value, entry.values["k"].unit.as_deref()), (0.2, Some("V")));
+    assert!(entry.values["k"].half_width_95.is_none());
     assert_eq!(again.catalogue().len(), 14);
 }
 
 #[test]
 fn what_is_wrong_is_named_with_its_place() {
     let custom = |rest: &str| format!("[[custom]]\nid = \"own\"\n{rest}\n");
+    let backlash = |rest: &str| format!("[[effect]]\nid = \"backlash\"\nparameters.{rest}\n");
     for (text, told) in [
+        (
+            backlash("play = { value = 1 }"),
+            "motors.toml, line 3, column 19: backlash has no parameter",
+        ),
+        (
+            backlash("beta = { value = 0.001, unit = \"mm\" }"),
+            "motors.toml, line 3, column 19: beta of backlash is in m, not in mm",
+        ),
+        (
+            backlash("beta = { value = 0.001, half_width_95 = -1 }"),
+            "motors.toml, line 3, column 19: beta of backlash is not",
+        ),
         (
             custom("equation = \"dV = k * (v + volts)\""),
             "motors.toml, line 3, column 22: these two have diff",

@@ -40,12 +40,18 @@ pub(super) fn text(robot: &str, customs: &[Arc<CustomMotorEffect>], model: &Chos
         let _ = write!(text, "\n[[effect]]  # {name}\nid = {id}\n");
         let _ = writeln!(text, "# {}", one_line(facts.equation));
         for parameter in &effect.parameters {
+            // Of what these experiments do not tell there is none.
+            let half_width = match parameter.half_width_95 {
+                width if width > 0.0 && width.is_finite() => {
+                    format!("half_width_95 = {}, ", number(width))
+                }
+                _ => String::new(),
+            };
             let _ = writeln!(
                 text,
-                "parameters.{} = {{ value = {}, half_width_95 = {}, unit = {} }}",
+                "parameters.{} = {{ value = {}, {half_width}unit = {} }}",
                 parameter.name,
                 number(parameter.value),
-                number(parameter.half_width_95),
                 quoted(&parameter.unit)
             );
         }
@@ -68,7 +74,7 @@ pub(super) fn text(robot: &str, customs: &[Arc<CustomMotorEffect>], model: &Chos
     text
 }
 
-/// As TOML has it: a number with a point or an exponent, or inf.
+/// As TOML has it: a number with a point or an exponent.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }

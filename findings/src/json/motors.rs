@@ -95,7 +95,15 @@ fn ids(effects: &[KnownMotorEffect]) -> Vec<&str> {
 }
 
 fn estimate(estimate: &Estimate) -> Value {
-    let Estimate { name, unit, value, half_width_95 } = estimate;
-    let half_width_95 = half_width_95.is_finite().then_some(half_width_95);
-    json!({"name": name, "unit": unit, "value": value, "half_width_95": half_width_95})
+    let Estimate { name, unit, value, half_width_95, is_at_end } = estimate;
+    // 0: nothing is known.
+    let half_width_95 =
+        (half_width_95.is_finite() && *half_width_95 > 0.0).then_some(half_width_95);
+    json!({
+        "name": name,
+        "unit": unit,
+        "value": value,
+        "half_width_95": half_width_95,
+        "is_at_end_of_range": is_at_end,
+    })
 }

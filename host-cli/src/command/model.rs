@@ -9,7 +9,7 @@ use robot_model::recording::Campaign;
 use serde_json::json;
 
 use super::compare::{read, warn_if_single_run};
-use super::model_arguments::{equations, split};
+use super::model_arguments::{equations, names_are_free, split};
 use super::motor_model;
 use crate::cli::{AddArgs, Common, ModelCommand, RemoveArgs};
 use crate::compare::LINE;
@@ -55,7 +55,9 @@ pub(super) fn run(common: &Common, command: &ModelCommand) -> Result<()> {
 fn add(common: &Common, args: &AddArgs) -> Result<()> {
     let (effects, campaign) = split(&args.what, args.custom.is_empty(), "add", EXAMPLE)?;
     let mut task = Task::new(campaign, args.model.as_deref())?;
-    for mut custom in equations::<Custom>(args)? {
+    let customs = equations::<Custom>(args)?;
+    names_are_free(args, |id| task.model.customs.iter().any(|own| own.facts().id == id))?;
+    for mut custom in customs {
         if let Some(per) = args.per {
             custom.per = per;
         }

@@ -86,6 +86,17 @@ pub(super) fn equations<E: Equation>(args: &AddArgs) -> Result<Vec<E>> {
     Ok(read.into_iter().map(|one| one.0).collect())
 }
 
+/// Refuses a name that the user gave and that an effect has.
+pub(super) fn names_are_free(args: &AddArgs, is_taken: impl Fn(&str) -> bool) -> Result<()> {
+    for (index, name) in args.name.iter().enumerate() {
+        if is_taken(name) || args.name[..index].contains(name) {
+            return Err(Error::new(format_args!("there is an effect `{name}` already"))
+                .hint("choose another --name, or remove that effect first"));
+        }
+    }
+    Ok(())
+}
+
 /// Effects and, last, the campaign.
 pub(super) fn split<'a>(
     what: &'a [PathBuf],

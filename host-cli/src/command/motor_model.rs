@@ -9,13 +9,13 @@ use robot_model::drivetrain::{
 };
 use serde_json::json as value;
 
-use super::model_arguments::{equations, split};
+use super::model_arguments::{equations, names_are_free, split};
 use super::motors::{in_words, read};
 use crate::cli::{AddArgs, Common, RemoveArgs};
 use crate::error::{Error, Result};
 use crate::escape::shell_path;
 use crate::json;
-use crate::motors::{estimate, millimetres};
+use crate::motors::{chance_alone, estimate, millimetres};
 use crate::table::{Cell, Table};
 use crate::ui::{BAD, BOLD, DIM, GOOD, Steps, paint, say};
 
@@ -26,7 +26,9 @@ pub(super) fn add(common: &Common, args: &AddArgs) -> Result<()> {
     let (ids, campaign) = split(&args.what, args.custom.is_empty(), "add --drivetrain", EXAMPLE)?;
     let mut task = Task::new(campaign)?;
     let mut effects = task.before.clone();
-    for custom in equations::<MotorCustom>(args)? {
+    let customs = equations::<MotorCustom>(args)?;
+    names_are_free(args, |id| task.model.customs.iter().any(|own| own.facts().id == id))?;
+    for custom in customs {
         let declared = task.model.declare(&custom);
         let wrong = |error| motor_equation_error(&custom.expression, &error);
         effects.push(declared.map_err(|error| wrong(*error))?);
@@ -112,6 +114,12 @@ pub(super) fn show(common: &Common, campaign: &Path) -> Result<()> {
     if model.effects.is_empty() {
         say(format_args!("{}: motors with kS, kV and kA, no effects", campaign.display()));
     }
+    let chosen = |id: &str| model.effects.iter().any(|entry| entry.effect.facts().id == id);
+    for own in model.customs.iter().filter(|own| !chosen(own.facts().id)) {
+        let facts = own.facts();
+        say(format_args!("{}  declared, not in the model", paint(BOLD, facts.id)));
+        say(format_args!("    {}", paint(DIM, facts.equation)));
+    }
     for entry in &model.effects {
         let facts = entry.effect.facts();
         say(format_args!("{}  {}", paint(BOLD, facts.id), facts.name));
@@ -127,7 +135,8 @@ pub(super) fn show(common: &Common, campaign: &Path) -> Result<()> {
                         name: parameter.name.clone(),
                         unit: parameter.unit.clone(),
                         value: fitted.value,
-                        half_width_95: fitted.half_width_95,
+                        half_width_95: fitted.half_width_95.unwrap_or(0.0),
+                        is_at_end: false,
                     })
                 ));
             }
@@ -188,7 +197,10 @@ impl Task {
                 "effects": json::chosen_effects(&after),
             }));
         } else {
-            changed(&before, &after, |id| old.iter().all(|effect| effect.facts().id != id));
+            let campaign = shell_path(self.file.parent().unwrap_or(Path::new(".")));
+            changed(&before, &after, &campaign.to_string(), |id| {
+                old.iter().all(|effect| effect.facts().id != id)
+            });
             say("");
             say(paint(DIM, format_args!("{} written", self.file.display())));
         }
@@ -196,7 +208,7 @@ impl Task {
     }
 }
 
-fn changed(before: &ChosenModel, after: &ChosenModel, new: impl Fn(&str) -> bool) {
+fn changed(before: &ChosenModel, after: &ChosenModel, campaign: &str, new: impl Fn(&str) -> bool) {
     let names = |model: &ChosenModel| match model.effects.len() {
         0 => "kS, kV, kA".to_owned(),
         1 => "1 effect".to_owned(),
@@ -245,12 +257,17 @@ fn changed(before: &ChosenModel, after: &ChosenModel, new: impl Fn(&str) -> bool
             true => (GOOD, "needed: without it the error is"),
             false => (BAD, "not needed: without it the error is"),
         };
-        let chance = 1.0 / effect.p_value.max(1e-12);
         let chance = match effect.matters {
-            true => format!("; chance alone gives as much in one of {chance:.0} campaigns"),
+            true => format!("; chance alone gives as much in {}", chance_alone(effect.p_value)),
             false => String::new(),
         };
         say(format_args!("    {}", paint(style, format_args!("{words} {without}{chance}"))));
+        if effect.without_m < after.errors.cross_validated_m {
+            let id = facts.id;
+            say(format_args!(
+                "    worse with it: `beeline model remove {id} --drivetrain {campaign}`"
+            ));
+        }
     }
     if after.effects.is_empty() {
         say("  no effects: kS, kV and kA alone");

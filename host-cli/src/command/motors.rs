@@ -12,7 +12,7 @@ use robot_model::drivetrain::{
 use crate::error::{Error, Result};
 use crate::json;
 use crate::motor_page;
-use crate::motors::{show_answer, show_comparison, verdict};
+use crate::motors::{millimetres, show_answer, show_comparison, verdict};
 use crate::ui::{say, warn};
 
 pub(super) fn compare(folder: &Path, as_json: bool) -> Result<()> {
@@ -29,7 +29,7 @@ pub(super) fn compare(folder: &Path, as_json: bool) -> Result<()> {
     if as_json {
         say(json::motor_comparison(&errors, &names, &effects));
     } else {
-        show_comparison(&errors, &names, &effects);
+        show_comparison(&errors, &names, &effects, folder);
     }
     Ok(())
 }
@@ -85,5 +85,17 @@ pub(super) fn in_words(error: MissingError) -> Error {
         .hint("`beeline tune --record FOLDER` drives about fifty"),
         MissingError::NoMotion => Error::new("the wheels hardly turn in these runs")
             .hint("are left_v and right_v volts, and of the same wheels as the counts?"),
+        MissingError::Inseparable { effect } => Error::new(format_args!(
+            "{effect} does what the rest of the model can do already: these experiments cannot tell them apart"
+        ))
+        .hint("remove the effect that it is like, or leave it out; kS, kV, kA, kC, kD and kW are always there. Nothing was changed"),
+        MissingError::Unstable { effect, before_m, after_m } => {
+            let after = if after_m.is_finite() { millimetres(after_m) } else { "any length".into() };
+            let before = millimetres(before_m);
+            Error::new(format_args!(
+                "these experiments do not determine {effect}: with it, each is predicted by the others to {after}, without it to {before}"
+            ))
+            .hint("give its parameters a narrower --range, or leave it out. Nothing was changed")
+        }
     }
 }

@@ -51,14 +51,20 @@ pub(super) fn run(common: &Common, args: &TuneArgs) -> Result<()> {
         let mut written = Ok(0);
         let tuned = tune(session, &settings, &mut |progress| {
             tell_progress(common.json, &progress);
-            if let (Progress::Driven(config, driven), Some((writer, clock))) = (&progress, &writer)
+            if let (Progress::Driven(config, driven), Some((writer, clock, _))) =
+                (&progress, &writer)
             {
                 written = recorded::write(writer, *clock, config, driven);
             }
         })
         .await;
         if let (Some(folder), false, Ok(experiments)) = (&args.record, common.json, &written) {
-            note(format_args!("{}: {experiments} experiments", folder.display()));
+            let before = writer.as_ref().map_or(0, |(_, _, runs)| *runs);
+            let beside = match before {
+                0 => String::new(),
+                runs => format!(", beside the {runs} that were there"),
+            };
+            note(format_args!("{}: {experiments} experiments{beside}", folder.display()));
         }
         Ok((tuned, written))
     })?;
@@ -111,19 +117,20 @@ fn cannot_write(page: &Path, error: &WriteError) -> Error {
         .hint(error.hint("choose another file with -o"))
 }
 
-/// A campaign folder for this robot, and its clock if it has runs already.
+/// A campaign folder for this robot, its clock if it has runs already, and how many.
 async fn recorder(
     session: &mut Session,
     folder: &Path,
     is_sim: bool,
-) -> Result<(CampaignWriter, Option<CampaignClock>)> {
+) -> Result<(CampaignWriter, Option<CampaignClock>, usize)> {
     let mut robot = recorded::robot_of(&session.read_config().await?);
     if !is_sim {
         // A simulated robot has another uid with each seed.
         robot.uid = Some(hex(&session.identify().await?.uid));
     }
     let clock = recorded::clock_of(folder, is_sim, session.status().await?.t_us)?;
-    Ok((CampaignWriter::open(folder, &robot)?, clock))
+    let runs = recorded::runs_in(folder)?;
+    Ok((CampaignWriter::open(folder, &robot)?, clock, runs))
 }
 
 fn tell_progress(json: bool, progress: &Progress<'_>) {

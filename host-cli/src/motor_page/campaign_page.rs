@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use campaign::MotorRun;
-use robot_model::drivetrain::{BaselineErrors, MotorAnswer, VoltageRecording, fit};
+use robot_model::drivetrain::{BaselineErrors, MotorAnswer};
 
 use super::{begin, experiments, section, table};
 use crate::escape::html as escape;
-use crate::motors::{estimate, ids, millimetres, regressor_in_words, verdict};
+use crate::motors::{chance_alone, estimate, ids, millimetres, regressor_in_words, verdict};
 
 /// So many of the effects that were tried are listed.
 const LISTED: usize = 16;
@@ -44,7 +44,7 @@ pub fn of_campaign(
     section(&mut html, "The constants", "With the effects above.");
     let constants = answer.constants.iter().map(|constant| vec![estimate(constant)]);
     table(&mut html, &["constant, \u{b1} half a 95 % interval"], constants);
-    measured_and_modelled(&mut html, runs, baseline);
+    measured_and_modelled(&mut html, runs, baseline, answer);
     html.push_str("</body></html>\n");
     html
 }
@@ -64,9 +64,9 @@ fn effects(html: &mut String, answer: &MotorAnswer) {
         }
         let _ = write!(
             html,
-            "<p>The error is {} with it; chance alone does that in one of {:.0} campaigns.</p>",
+            "<p>The error is {} with it; chance alone does that in {}.</p>",
             millimetres(step.errors.cross_validated_m),
-            1.0 / step.p_value
+            chance_alone(step.p_value)
         );
         if !step.class.is_empty() {
             let class = ids(&step.class).join(", ");
@@ -90,18 +90,29 @@ fn effects(html: &mut String, answer: &MotorAnswer) {
     }
 }
 
-fn measured_and_modelled(html: &mut String, runs: &[MotorRun], baseline: &BaselineErrors) {
-    let recordings: Vec<VoltageRecording> =
-        runs.iter().map(|run| run.experiment.recording.clone()).collect();
-    let Ok(found) = fit(&recordings) else { return };
-    section(
-        html,
-        "Measured and modelled",
-        "Measured less modelled travel, with kS, kV and kA of each wheel and direction alone; the largest errors of the table's first row first. Where a curve leaves zero, an effect is missing.",
-    );
+fn measured_and_modelled(
+    html: &mut String,
+    runs: &[MotorRun],
+    baseline: &BaselineErrors,
+    answer: &MotorAnswer,
+) {
+    let words = match answer.steps.is_empty() {
+        true => {
+            "Measured less modelled travel, with the constants above; the largest errors of the table's first row first. Where a curve leaves zero, something is missing."
+        }
+        false => {
+            "Measured less modelled travel, with the effects above; pale, without them. The largest errors of the table's first row first. Where a curve still leaves zero, something is missing."
+        }
+    };
+    section(html, "Measured and modelled", words);
     let fitted = runs.iter().filter(|run| !run.experiment.held_out);
-    let mut worst: Vec<(&MotorRun, f64)> = fitted.zip(baseline.each_m.iter().copied()).collect();
+    let mut worst: Vec<_> = fitted.zip(&answer.left).zip(baseline.each_m.iter().copied()).collect();
     worst.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let named = worst.iter().map(|(run, _)| (run.name.as_str(), &run.experiment.recording));
-    experiments::draw(html, &found.constants.value, named);
+    experiments::legend(html);
+    for ((run, left), _) in worst {
+        let pale = (!answer.steps.is_empty()).then_some(left.baseline_m.as_slice());
+        let recording = &run.experiment.recording;
+        experiments::draw(html, &run.name, recording, &left.with_effects_m, pale);
+    }
+    experiments::end(html);
 }

@@ -26,6 +26,7 @@ pub use tuning::of_tuning;
 
 /// The page up to its first line.
 fn begin(robot: &str, title: &str) -> String {
+    let robot = if robot.is_empty() { "robot" } else { robot };
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\

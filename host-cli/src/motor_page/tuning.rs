@@ -40,8 +40,17 @@ pub fn of_tuning(tuned: &Tuned) -> String {
         "The experiments",
         "What the motors were identified from: measured less modelled travel. The measured voltage alone drives the model; where within its first count a wheel began is free. A curve that only jumps from count to count has nothing left to explain.",
     );
-    let named = tuned.experiments.iter().map(|(name, recording)| (*name, recording));
-    experiments::draw(&mut html, &tuned.fit.constants.value, named);
+    experiments::legend(&mut html);
+    for (name, recording) in &tuned.experiments {
+        let samples = recording.samples();
+        let modelled = tuned.fit.constants.value.travel_m(recording);
+        let both = samples.iter().zip(modelled);
+        let left_m: Vec<_> = both
+            .map(|(sample, modelled)| sample.travel_m.since(samples[0].travel_m).since(modelled))
+            .collect();
+        experiments::draw(&mut html, name, recording, &left_m, None);
+    }
+    experiments::end(&mut html);
     let _ = write!(
         html,
         "\n<footer>{:.0} s, {:.2} m of floor. \u{b1}: half a 95 % interval.</footer>\n</body></html>\n",

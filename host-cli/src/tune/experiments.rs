@@ -75,8 +75,13 @@ const fn check_for(ks_v: f64, slower: f64) -> CheckFor {
     CheckFor { ks_v, slower }
 }
 
-/// What to look at where no friction that the check can reckon with explains it.
-const STANDS: &str = "no friction explains this. Look at that wheel's motor wires, its driver and supply, the encoder's plug, and whether the wheel turns by hand; then at counts_per_rev and gear_reduction";
+/// What to look at where a wheel did not turn, with as much friction as the check can reckon with.
+fn stands(check: CheckFor) -> String {
+    format!(
+        "the check reckoned with up to {:.1} V of friction. Look at that wheel's motor wires, its driver and supply, the encoder's plug, and whether the wheel turns easily by hand; then at counts_per_rev and gear_reduction",
+        check.ks_v
+    )
+}
 
 /// A longer count may be too few of them for the encoder check, which gives slow motors about a second for two \[m\].
 pub const COARSE_M: f64 = 0.005;
@@ -444,8 +449,13 @@ impl<'a> Experiments<'a> {
                     session.write_config(&config).await?;
                 }
                 Err(host_link::Error::Faulted(report)) if is_of_check(report.fault) => {
+                    let check = CHECKS.iter().chain(&CHECKS_OF_SLOW).nth(self.check);
+                    let check = check.copied().unwrap_or(CHECK_FIRST);
                     return Err(too_coarse(self.config, report.fault).unwrap_or_else(|| {
-                        Error::from(host_link::Error::Faulted(report)).hint(STANDS)
+                        let is_exchanged = matches!(report.fault, Fault::EncodersExchanged(_));
+                        let error = Error::from(host_link::Error::Faulted(report));
+                        // What to do about exchanged plugs is no matter of friction.
+                        if is_exchanged { error } else { error.hint(stands(check)) }
                     }));
                 }
                 Err(error) => return Err(error.into()),

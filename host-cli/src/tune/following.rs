@@ -180,10 +180,11 @@ impl Drives {
             }
             Err(host_link::Error::Faulted(report)) if is_ours(report.fault, self.motors_known) => {
                 session.request(Command::ClearFault { number: report.number }).await?;
-                if rest == Rest::Rolls {
-                    return Err(rest::rolls_by_itself());
+                match rest {
+                    Rest::Stands => Ok(Some(report.fault)),
+                    Rest::Rolls => Err(rest::rolls_by_itself()),
+                    Rest::CountsAlone(wheel) => Err(rest::counts_by_itself(wheel)),
                 }
-                Ok(Some(report.fault))
             }
             Err(error) => Err(error.into()),
         }

@@ -33,6 +33,14 @@ pub fn clock_of(folder: &Path, is_simulated: bool, robot_us: u64) -> Result<Opti
     }))
 }
 
+/// How many runs a folder has already.
+pub fn runs_in(folder: &Path) -> Result<usize> {
+    if !folder.join("runs").is_dir() {
+        return Ok(0);
+    }
+    Ok(Campaign::read(folder)?.runs.len())
+}
+
 /// Writes the experiments, one run each; without a clock times count from the first one.
 pub fn write(
     writer: &CampaignWriter,

@@ -2,12 +2,13 @@
 //!
 //! The next motion would begin its encoder check, and the next experiment its travel, with wheels that roll already; and how
 //! far the robot rolled belongs to where it is on its floor. Friction alone slows such wheels. If they do not become slower,
-//! something pushes the robot, a slope for one: that ends the wait, because the robot would roll on and on.
+//! something pushes the robot, a slope for one: that ends the wait, because the robot would roll on and on. Where one wheel goes
+//! on counting and the other one stands, it is no wheel that rolls: its encoder counts interference.
 
 use std::time::Duration;
 
 use host_link::session::Session;
-use shared_proto::{Command, Telemetry};
+use shared_proto::{Command, Telemetry, Wheel, WheelPair};
 
 use crate::error::{Error, Result};
 
@@ -29,6 +30,8 @@ pub enum Rest {
     Stands,
     /// They roll on and do not become slower.
     Rolls,
+    /// This one counts on, and the other one stands.
+    CountsAlone(Wheel),
 }
 
 /// Appends the frames until the wheels stand, or it is clear that they will not.
@@ -46,14 +49,14 @@ pub async fn wait_until_wheels_stand(
         telemetry.sort_by_key(|frame| frame.t_us);
         let counts = telemetry.last().map(|frame| frame.wheels.map(|wheel| wheel.counts));
         if let (Some(before), Some(now)) = (before.replace(counts).flatten(), counts) {
-            let way = now.zip(before).map(|(now, before)| now.abs_diff(before));
-            rolled.push(way.left + way.right);
+            rolled.push(now.zip(before).map(|(now, before)| now.abs_diff(before)));
         }
         if session.is_cancelled() || stands(&rolled) {
             rest = Rest::Stands;
             break;
         }
         if is_pushed(&rolled) {
+            rest = counts_alone(&rolled).map_or(Rest::Rolls, Rest::CountsAlone);
             break;
         }
     }
@@ -68,27 +71,51 @@ pub fn rolls_by_itself() -> Error {
     )
 }
 
+/// What to say of a wheel that counts while the other one stands.
+pub fn counts_by_itself(wheel: Wheel) -> Error {
+    let (name, other) = (wheel.name(), wheel.other().name());
+    Error::new(format_args!(
+        "the {name} wheel counts on with its motor off, while the {other} one stands: its encoder counts interference"
+    ))
+    .hint("look at that encoder's plug, ground and screen, and lead its lines away from the motors'")
+}
+
 /// Whether the wheels stand, by the counts of each slice.
-fn stands(rolled: &[u64]) -> bool {
-    rolled.len() >= STANDS && rolled[rolled.len() - STANDS..].iter().all(|counts| *counts == 0)
+fn stands(rolled: &[WheelPair<u64>]) -> bool {
+    let still = |counts: &WheelPair<u64>| counts.left + counts.right == 0;
+    rolled.len() >= STANDS && rolled[rolled.len() - STANDS..].iter().all(still)
+}
+
+/// The wheel that counts while the other one stands, of wheels that do not become slower.
+fn counts_alone(rolled: &[WheelPair<u64>]) -> Option<Wheel> {
+    let last = &rolled[rolled.len().saturating_sub(PUSHED)..];
+    let stands = |wheel: Wheel| last.iter().all(|counts| *counts.get(wheel) == 0);
+    Wheel::BOTH.into_iter().find(|wheel| stands(wheel.other()))
 }
 
 /// Whether they roll no slower than before, by the counts of each slice. A count more or less is none.
-fn is_pushed(rolled: &[u64]) -> bool {
+fn is_pushed(rolled: &[WheelPair<u64>]) -> bool {
     let Some(from) = rolled.len().checked_sub(2 * PUSHED) else { return false };
     let (before, last) = rolled[from..].split_at(PUSHED);
-    let sum = |slices: &[u64]| slices.iter().sum::<u64>();
+    let sum = |slices: &[WheelPair<u64>]| {
+        slices.iter().map(|counts| counts.left + counts.right).sum::<u64>()
+    };
     let slower = 2 * PUSHED as u64;
     sum(last) > slower && sum(last) + 2 >= sum(before)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{is_pushed, stands};
+    use super::{counts_alone, is_pushed, stands};
+    use shared_proto::{Wheel, WheelPair};
+
+    fn both(counts: impl IntoIterator<Item = u64>) -> Vec<WheelPair<u64>> {
+        counts.into_iter().map(|counts| WheelPair::new(counts / 2, counts - counts / 2)).collect()
+    }
 
     #[test]
     fn wheels_that_friction_slows_stand_in_the_end_and_are_not_called_pushed() {
-        let rolled: Vec<u64> = (0..20).map(|slice| 60_u64.saturating_sub(4 * slice)).collect();
+        let rolled = both((0..20).map(|slice| 60_u64.saturating_sub(4 * slice)));
         for upto in 0..rolled.len() {
             assert!(!is_pushed(&rolled[..upto]), "{upto}");
         }
@@ -98,9 +125,18 @@ mod tests {
 
     #[test]
     fn wheels_that_a_slope_keeps_rolling_are_pushed() {
-        assert!(is_pushed(&[20, 20, 20, 20, 20, 20, 20, 20]));
-        assert!(is_pushed(&[10, 14, 18, 22, 26, 30, 34, 38]));
+        assert!(is_pushed(&both([20; 8])));
+        assert!(is_pushed(&both([10, 14, 18, 22, 26, 30, 34, 38])));
+        assert_eq!(counts_alone(&both([20; 8])), None);
         // Not told apart from a few counts of coarse encoders.
-        assert!(!is_pushed(&[1, 1, 1, 1, 1, 1, 1, 1]));
+        assert!(!is_pushed(&both([1; 8])));
+    }
+
+    #[test]
+    fn a_wheel_that_counts_while_the_other_one_stands_is_not_pushed() {
+        // The left one stands after it has rolled out; the right one counts on.
+        let rolled = [9, 5, 2, 1, 0, 0, 0, 0].map(|left| WheelPair::new(left, 40));
+        assert!(is_pushed(&rolled));
+        assert_eq!(counts_alone(&rolled), Some(Wheel::Right));
     }
 }

@@ -61,8 +61,9 @@ pub use gains::{Gains, GainsError, LoopFacts, design};
 pub use load_disturbance::LoadDisturbance;
 pub use missing::{
     BaselineErrors, ChosenEffect, ChosenModel, EXPERIMENTS_MIN, Estimate, Experiment,
-    ExperimentKind, KnownRobot, MissingError, MotorAnswer, MotorErrors, MotorRegressor, MotorStep,
-    MotorUnexplained, NextExperiment, Tried, baseline_errors, fit_chosen, missing, missing_with,
+    ExperimentKind, KnownRobot, LeftOfTravel, MissingError, MotorAnswer, MotorErrors,
+    MotorRegressor, MotorStep, MotorUnexplained, NextExperiment, Tried, baseline_errors,
+    fit_chosen, missing, missing_with,
 };
 pub use model::{Drivetrain, WheelMotor};
 pub use recording::{Sample, VoltageRecording};

@@ -29,8 +29,9 @@ pub(crate) fn amplitudes(tree: &Tree, count: usize, samples: &[Vec<f64>]) -> Opt
                 return true;
             }
             finite += 1;
-            // The rounding errors of sums of such numbers.
-            (both - 2.0 * of_a - of_b).abs() <= 1e-9 * (of_a.abs() + of_b.abs() + both.abs())
+            // The rounding errors of sums of such numbers, and of numbers so small that they lose their digits.
+            let rounding = 1e-9 * (of_a.abs() + of_b.abs() + both.abs()) + 1e-290;
+            (both - 2.0 * of_a - of_b).abs() <= rounding
         });
         linear && finite > 0
     })

@@ -7,7 +7,7 @@ use super::amplitudes::amplitudes;
 use super::dimensions::{LeftSide, units};
 use super::error::{DefinitionPart, ExpressionError, ExpressionProblem};
 use super::parse::parse;
-use super::tree::{Tree, Variable};
+use super::tree::{Names, Tree};
 use super::unit::Unit;
 
 /// An equation in its two sides, with their places in the text.
@@ -82,7 +82,7 @@ pub(crate) struct ExpressionParameter {
 
 /// What an expression is about: its variables, their values at a few samples, and the left side of its equation.
 pub(crate) struct Context<'a> {
-    pub variables: &'static [Variable],
+    pub names: Names,
     pub samples: &'a [Vec<f64>],
     pub left_side: LeftSide,
 }
@@ -95,12 +95,12 @@ impl Context<'_> {
         declared: Declared<'_>,
         limit: impl Fn(&Tree, usize) -> f64,
     ) -> Result<(Tree, Vec<ExpressionParameter>), ExpressionError> {
-        let (tree, names) = parse(expression, self.variables)?;
+        let (tree, names) = parse(expression, self.names)?;
         let of_units = declared_units(&declared, &names)?;
         let amplitudes = amplitudes(&tree, names.len(), self.samples).ok_or_else(|| {
             ExpressionError::in_expression(tree.at.clone(), ExpressionProblem::DoesNotVanish)
         })?;
-        let units = units(&tree, self.variables, &self.left_side, &of_units, &names)?;
+        let units = units(&tree, self.names.variables, &self.left_side, &of_units, &names)?;
         let mut parameters = Vec::with_capacity(names.len());
         for (index, (name, unit)) in names.iter().zip(units).enumerate() {
             let is_amplitude = amplitudes.contains(&index);

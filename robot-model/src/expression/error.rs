@@ -114,6 +114,13 @@ pub enum ExpressionProblem {
         /// The variable.
         variable: &'static str,
     },
+    /// A parameter with a name that means something elsewhere.
+    Reserved {
+        /// The name.
+        name: String,
+        /// The variables that there are here.
+        variables: Vec<&'static str>,
+    },
     /// One parameter too many.
     TooManyParameters {
         /// Its name.

@@ -31,5 +31,5 @@ pub use error::{
 };
 pub(crate) use evaluate::evaluate;
 pub(crate) use parse::parse;
-pub(crate) use tree::{Tree, Variable};
+pub(crate) use tree::{Names, Tree, Variable};
 pub(crate) use unit::Unit;

@@ -13,7 +13,7 @@
 use core::ops::Range;
 
 use super::error::{Expected, ExpressionError, ExpressionProblem};
-use super::tree::{Function, Node, Operator, Tree, Variable};
+use super::tree::{Function, Names, Node, Operator, Tree, Variable};
 use super::unit::Unit;
 use crate::numeric::jet::PARAMETERS_MAX;
 
@@ -25,9 +25,10 @@ const NODES_MAX: usize = 1000;
 /// Reads the right-hand side. The names of the parameters come in the order in which they appear.
 pub(crate) fn parse(
     text: &str,
-    variables: &'static [Variable],
+    Names { variables, reserved }: Names,
 ) -> Result<(Tree, Vec<String>), ExpressionError> {
-    let mut parser = Parser { text, variables, at: 0, depth: 0, nodes: 0, parameters: Vec::new() };
+    let mut parser =
+        Parser { text, variables, reserved, at: 0, depth: 0, nodes: 0, parameters: Vec::new() };
     let tree = parser.sum()?;
     parser.space();
     match parser.rest().chars().next() {
@@ -43,6 +44,7 @@ pub(crate) fn parse(
 struct Parser<'t> {
     text: &'t str,
     variables: &'static [Variable],
+    reserved: &'static [&'static str],
     at: usize,
     depth: usize,
     nodes: usize,
@@ -251,7 +253,12 @@ impl<'t> Parser<'t> {
         let mut names = self.variables.iter().map(|variable| variable.name);
         let slip = names.find(|known| known.len() > 3 && one_slip_apart(known, name));
         let fail = |problem| Err(ExpressionError::in_expression(at.clone(), problem));
+        let is_reserved = self.reserved.contains(&name);
         let name = name.to_owned();
+        if is_reserved {
+            let variables = self.variables.iter().map(|variable| variable.name).collect();
+            return fail(ExpressionProblem::Reserved { name, variables });
+        }
         if let Some(variable) = slip {
             return fail(ExpressionProblem::LooksLike { name, variable });
         }

@@ -45,6 +45,14 @@ impl Variable {
     }
 }
 
+/// Names with a meaning.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Names {
+    pub variables: &'static [Variable],
+    /// What means something elsewhere, and would be a misleading name for a parameter.
+    pub reserved: &'static [&'static str],
+}
+
 macro_rules! functions {
     ($($variant:ident = $name:literal),* $(,)?) => {
         /// The functions of an expression.

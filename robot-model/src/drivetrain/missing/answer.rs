@@ -12,6 +12,7 @@ use super::simulate::BASELINE;
 use super::unexplained::{MotorUnexplained, unexplained};
 use crate::drivetrain::effect::KnownMotorEffect;
 use crate::drivetrain::regression::regress;
+use crate::kinematics::WheelPair;
 
 /// How far a model is off, root mean square over samples and wheels \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +34,28 @@ pub struct Estimate {
     pub unit: Cow<'static, str>,
     /// Its value.
     pub value: f64,
-    /// Half the width of its 95 % interval; not finite where one experiment alone tells it.
+    /// Half the width of its 95 % interval; not finite where one experiment alone tells it, 0 where none does.
     pub half_width_95: f64,
+    /// It is at the end of the range in which it was looked for.
+    pub is_at_end: bool,
+}
+
+/// The parameters of one effect of a model.
+pub(super) fn estimates(model: &Model, index: usize, half_widths: &[f64]) -> Vec<Estimate> {
+    let first = model.first_of(index);
+    let parameters = model.effects[index].facts().parameters.iter().enumerate();
+    parameters
+        .map(|(i, parameter)| {
+            let value = model.at[first + i];
+            Estimate {
+                name: parameter.name.clone(),
+                unit: parameter.unit.clone(),
+                value,
+                half_width_95: half_widths[first + i],
+                is_at_end: value != 0.0 && (value == parameter.low || value == parameter.high),
+            }
+        })
+        .collect()
 }
 
 /// One effect that is missing.
@@ -63,6 +84,15 @@ pub struct Tried {
     pub cross_validated_m: f64,
 }
 
+/// What is left of the travel of one experiment, sample by sample: measured less modelled \[m\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOfTravel {
+    /// By the baseline.
+    pub baseline_m: Vec<WheelPair<f64>>,
+    /// With the effects that are missing.
+    pub with_effects_m: Vec<WheelPair<f64>>,
+}
+
 /// What is missing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorAnswer {
@@ -78,6 +108,8 @@ pub struct MotorAnswer {
     pub unexplained: MotorUnexplained,
     /// The experiment that would tell more.
     pub next: Option<NextExperiment>,
+    /// What is left of each experiment that is fitted, in their order.
+    pub left: Vec<LeftOfTravel>,
     /// How many experiments were fitted.
     pub experiments: usize,
     /// What the counts hide \[m\].
@@ -85,7 +117,7 @@ pub struct MotorAnswer {
 }
 
 /// Why there is no answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum MissingError {
     /// Fewer experiments than can be predicted by others.
     TooFew {
@@ -94,6 +126,20 @@ pub enum MissingError {
     },
     /// The experiments do not turn both wheels forwards and backwards by their motors.
     NoMotion,
+    /// An effect does what the rest of the model can do already.
+    Inseparable {
+        /// Its id.
+        effect: String,
+    },
+    /// These experiments do not determine an effect: with it each is predicted far worse by the others.
+    Unstable {
+        /// Its id.
+        effect: String,
+        /// The cross-validated error without it \[m\].
+        before_m: f64,
+        /// And with it; not finite where the travel is not \[m\].
+        after_m: f64,
+    },
 }
 
 /// With fewer experiments nothing can be told from chance.
@@ -141,19 +187,10 @@ pub fn missing_with(
             gain_by(problem, &without[index], last, index)
         };
         let effect = &last.fitted.model.effects[index];
-        let first = last.fitted.model.first_of(index);
-        let parameters = effect.facts().parameters.iter().enumerate();
         MotorStep {
             effect: effect.clone(),
             class: rivals[index].1.iter().map(|rival| rival.effect.clone()).collect(),
-            parameters: parameters
-                .map(|(i, parameter)| Estimate {
-                    name: parameter.name.clone(),
-                    unit: parameter.unit.clone(),
-                    value: last.fitted.model.at[first + i],
-                    half_width_95: half_widths[first + i],
-                })
-                .collect(),
+            parameters: estimates(&last.fitted.model, index, &half_widths),
             errors: errors(&pair[1]),
             size_m: gain.size_m,
             p_value: gain.p_value,
@@ -170,9 +207,24 @@ pub fn missing_with(
         tried: tried.collect(),
         unexplained,
         next,
+        left: left_of_travel(problem, &selected.steps[0], last),
         experiments: problem.experiments.len(),
         resolution_m: robot.resolution_m(),
     })
+}
+
+fn left_of_travel(problem: &Problem<'_>, first: &Judged, last: &Judged) -> Vec<LeftOfTravel> {
+    let left = |judged: &Judged, experiment: &Experiment| {
+        let model = &judged.fitted.model;
+        model.left_of_travel(problem, &model.at, experiment).collect()
+    };
+    let experiments = problem.experiments.iter();
+    experiments
+        .map(|experiment| LeftOfTravel {
+            baseline_m: left(first, experiment),
+            with_effects_m: left(last, experiment),
+        })
+        .collect()
 }
 
 /// The baseline's errors alone.
@@ -247,6 +299,7 @@ pub(super) fn constants(model: &Model, half_widths: &[f64]) -> Vec<Estimate> {
         unit: Cow::Borrowed(unit),
         value: *value,
         half_width_95: *half_width,
+        is_at_end: false,
     })
     .collect()
 }

@@ -1,12 +1,49 @@
 //! The model with effects that a user has chosen: does it predict these motors better with them?
 
+use nalgebra::{DMatrix, DVector};
+
 use super::answer::{
-    BaselineErrors, Estimate, MissingError, MotorErrors, constants, errors, fitted_baseline,
+    BaselineErrors, Estimate, MissingError, MotorErrors, constants, errors, estimates,
+    fitted_baseline,
 };
 use super::experiment::{Experiment, KnownRobot, excitation};
+use super::least_squares::Fitted;
 use super::screening::Screen;
 use super::selection::{Judged, gain_by};
-use crate::drivetrain::effect::KnownMotorEffect;
+use crate::drivetrain::effect::{KnownMotorEffect, MotorRole};
+
+/// With an effect that these experiments do not determine, each is predicted so many times worse by the others.
+const UNSTABLE: f64 = 2.0;
+/// An amplitude whose travel the rest of the model has already, but for this share of its square, is no parameter of its own.
+const SHARE_OF_ITS_OWN: f64 = 1e-4;
+
+/// Whether an amplitude of an effect does what the baseline and the other effects can do already.
+fn is_told_already(fitted: &Fitted, index: usize) -> bool {
+    let model = &fitted.model;
+    let first = model.first_of(index);
+    let shares = fitted.shares();
+    let mut gram = shares[0].gram.clone();
+    shares[1..].iter().for_each(|share| gram += &share.gram);
+    let scale: Vec<f64> = (0..gram.nrows()).map(|i| gram[(i, i)].sqrt()).collect();
+    let parameters = model.effects[index].facts().parameters.iter().enumerate();
+    parameters.filter(|(_, one)| one.role == MotorRole::Amplitude).any(|(i, _)| {
+        let own = first + i;
+        // What these experiments do not show, or the model did not have before.
+        let others: Vec<usize> = (0..first).filter(|other| scale[*other] > 0.0).collect();
+        if scale[own] == 0.0 {
+            return false;
+        }
+        let cosine = |a: usize, b: usize| gram[(a, b)] / (scale[a] * scale[b]);
+        let len = others.len();
+        let among = DMatrix::from_fn(len, len, |a, b| {
+            // So little that columns which are alike themselves do no harm.
+            cosine(others[a], others[b]) + if a == b { 1e-9 } else { 0.0 }
+        });
+        let with = DVector::from_fn(len, |a, _| cosine(others[a], own));
+        let told = among.cholesky().map_or(0.0, |factor| factor.solve(&with).dot(&with));
+        1.0 - told < SHARE_OF_ITS_OWN
+    })
+}
 
 /// An effect of a user's model.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,26 +98,27 @@ pub fn fit_chosen(
         let start = candidates.into_iter().find(|candidate| candidate.effect.facts().id == id);
         // What these experiments do not show at all stays zero.
         let start = start.map_or_else(|| vec![0.0; effect.facts().parameters.len()], |it| it.p);
-        let fitted = problem.fit(judged.fitted.model.with(effect.clone(), &start));
+        let fitted = problem.fit_with(&judged.fitted, effect, &start);
+        let before_m = problem.rms_m(&judged.costs);
         (problem, judged) = Judged::reweighted(&problem, fitted);
+        let index = judged.fitted.model.effects.len() - 1;
+        if is_told_already(&judged.fitted, index) {
+            return Err(MissingError::Inseparable { effect: id.to_owned() });
+        }
+        let after_m = problem.rms_m(&judged.costs);
+        if !after_m.is_finite() || after_m > UNSTABLE * before_m {
+            let effect = id.to_owned();
+            return Err(MissingError::Unstable { effect, before_m, after_m });
+        }
     }
     let half_widths = problem.half_widths_95(&judged.fitted);
     let model = &judged.fitted.model;
     let chosen = effects.iter().enumerate().map(|(index, effect)| {
         let without = Judged::new(&problem, problem.fit(model.without(index)));
         let gain = gain_by(&problem, &without, &judged, index);
-        let first = model.first_of(index);
-        let parameters = effect.facts().parameters.iter().enumerate();
         ChosenEffect {
             effect: effect.clone(),
-            parameters: parameters
-                .map(|(i, parameter)| Estimate {
-                    name: parameter.name.clone(),
-                    unit: parameter.unit.clone(),
-                    value: model.at[first + i],
-                    half_width_95: half_widths[first + i],
-                })
-                .collect(),
+            parameters: estimates(model, index, &half_widths),
             matters: gain.matters(&problem),
             p_value: gain.p_value,
             without_m: problem.rms_m(&without.costs),

@@ -12,6 +12,7 @@ use super::modes::Modes;
 use super::simulate::{BASELINE, Simulation};
 use crate::drivetrain::effect::{KnownMotorEffect, MotorParameter, MotorRole};
 use crate::drivetrain::intervals::{Intervals, Share};
+use crate::kinematics::WheelPair;
 use crate::numeric::parallel;
 
 /// Rounds of the search.
@@ -114,16 +115,25 @@ impl Model {
         experiment: &Experiment,
     ) -> DVector<f64> {
         let weights = problem.weights;
+        let left = self.left_of_travel(problem, at, experiment);
+        let left = left.map(|left| weights.weighted(left.left, left.right));
+        DVector::from_iterator(2 * experiment.recording.samples().len(), left.flatten())
+    }
+
+    /// Measured less modelled travel of one experiment, sample by sample \[m\].
+    pub fn left_of_travel(
+        &self,
+        problem: &Problem<'_>,
+        at: &[f64],
+        experiment: &Experiment,
+    ) -> impl Iterator<Item = WheelPair<f64>> {
         let (robot, pause_end_s) = (problem.robot, problem.pause_end_s);
         let simulation = Simulation { robot, pause_end_s, effects: &self.effects, at };
         let travel_m = simulation.travel_m(experiment);
         let samples = experiment.recording.samples();
         let start = samples[0].travel_m;
-        let left = samples.iter().zip(&travel_m).map(|(sample, modelled)| {
-            let measured = sample.travel_m.since(start);
-            weights.weighted(measured.left - modelled.left, measured.right - modelled.right)
-        });
-        DVector::from_iterator(2 * samples.len(), left.flatten())
+        let both = samples.iter().zip(travel_m);
+        both.map(move |(sample, modelled)| sample.travel_m.since(start).since(modelled))
     }
 }
 
@@ -201,6 +211,30 @@ impl Problem<'_> {
         let (residuals, columns): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
         let costs = residuals.iter().map(|residuals| self.cost(residuals)).collect();
         Fitted { model, costs, residuals, columns }
+    }
+
+    /// With one more effect, from these parameters. To first order they may be far out, and lead astray: its amplitudes are
+    /// made smaller until the model is no worse than without it, which it is at zero.
+    pub fn fit_with(&self, without: &Fitted, effect: &KnownMotorEffect, p: &[f64]) -> Fitted {
+        const SMALLER: [f64; 6] = [1.0, 0.5, 0.2, 0.05, 0.01, 0.0];
+        let roles = effect.facts().parameters.iter().map(|parameter| parameter.role);
+        let is_amplitude: Vec<bool> = roles.map(|role| role == MotorRole::Amplitude).collect();
+        let model = |share: f64| {
+            let p: Vec<f64> = p
+                .iter()
+                .zip(&is_amplitude)
+                .map(|(value, is_amplitude)| if *is_amplitude { share * value } else { *value })
+                .collect();
+            let mut model = without.model.with(effect.clone(), &p);
+            let mut at = model.at.clone();
+            model.admit(&mut at);
+            model.at = at;
+            model
+        };
+        let cost = self.weighted(&without.costs);
+        let is_no_worse = |model: &Model| self.weighted(&self.costs(model, &model.at)) <= cost;
+        let start = SMALLER.into_iter().map(model).find(is_no_worse);
+        self.fit(start.unwrap_or_else(|| model(0.0)))
     }
 
     /// Levenberg's search from the model's parameters.

@@ -38,8 +38,8 @@ mod tests;
 mod unexplained;
 
 pub use answer::{
-    BaselineErrors, EXPERIMENTS_MIN, Estimate, MissingError, MotorAnswer, MotorErrors, MotorStep,
-    Tried, baseline_errors, missing, missing_with,
+    BaselineErrors, EXPERIMENTS_MIN, Estimate, LeftOfTravel, MissingError, MotorAnswer,
+    MotorErrors, MotorStep, Tried, baseline_errors, missing, missing_with,
 };
 pub use chosen::{ChosenEffect, ChosenModel, fit_chosen};
 pub use experiment::{Experiment, KnownRobot};

@@ -41,6 +41,9 @@ pub struct NextExperiment {
     pub apart_m: f64,
 }
 
+/// Models that lead apart by less than this share of what counts hide are one.
+const APART_SHARE: f64 = 0.2;
+
 const KINDS: [ExperimentKind; 8] = [
     ExperimentKind::SlowRamp,
     ExperimentKind::Creep,
@@ -79,7 +82,13 @@ pub(super) fn next_experiment(
         (kind, (squares.sum::<f64>() / (2 * a.len()) as f64).sqrt())
     });
     let (kind, apart_m) = apart.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(NextExperiment { kind, separates: vec![own.clone(), of_own.effect.clone()], apart_m })
+    // No experiment tells an effect from one that does the same.
+    let is_seen = apart_m > APART_SHARE * problem.robot.resolution_m();
+    is_seen.then(|| NextExperiment {
+        kind,
+        separates: vec![own.clone(), of_own.effect.clone()],
+        apart_m,
+    })
 }
 
 fn to_show(unexplained: &MotorUnexplained) -> Option<NextExperiment> {

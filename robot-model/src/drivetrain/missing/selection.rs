@@ -112,8 +112,7 @@ impl Judged {
 
     /// With a candidate, fitted in full.
     pub fn with(&self, problem: &Problem<'_>, candidate: &Candidate) -> Self {
-        let model = self.fitted.model.with(candidate.effect.clone(), &candidate.p);
-        Self::new(problem, problem.fit(model))
+        Self::new(problem, problem.fit_with(&self.fitted, &candidate.effect, &candidate.p))
     }
 }
 

@@ -7,7 +7,7 @@ use std::borrow::Cow;
 use super::analysis::{plausible_limit, samples, without_bound};
 use super::equation::Custom;
 use super::target::{Per, Target};
-use super::variables::{VARIABLES, value};
+use super::variables::{NAMES, value};
 use crate::effect::catalogue::find;
 use crate::effect::definition::{Change, Effect, Facts, Memory, Parameter, Role};
 use crate::expression::{
@@ -23,7 +23,7 @@ impl Custom {
     pub fn build(&self) -> Result<CustomEffect, ExpressionError> {
         check_id(&self.id, find(&self.id).is_some())?;
         let context = Context {
-            variables: &VARIABLES,
+            names: NAMES,
             samples: &samples(),
             left_side: self.target.left_side(self.per),
         };

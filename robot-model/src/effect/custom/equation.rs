@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::target::{Per, Target};
-use super::variables::VARIABLES;
+use super::variables::NAMES;
 use crate::expression::{ExpressionError, Sides, parse};
 
 /// What a user writes about an effect of their own.
@@ -50,7 +50,7 @@ impl Custom {
             ranges: BTreeMap::new(),
         };
         // An error in the expression points into the equation.
-        parse(&custom.expression, &VARIABLES).map_err(|error| sides.within(error))?;
+        parse(&custom.expression, NAMES).map_err(|error| sides.within(error))?;
         Ok(custom)
     }
 
@@ -66,6 +66,6 @@ impl Custom {
 
     /// The names of its parameters, in the order in which they appear.
     pub fn parameters(&self) -> Result<Vec<String>, ExpressionError> {
-        Ok(parse(&self.expression, &VARIABLES)?.1)
+        Ok(parse(&self.expression, NAMES)?.1)
     }
 }

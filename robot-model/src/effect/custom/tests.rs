@@ -1,5 +1,5 @@
 use super::analysis::sample_steps;
-use super::variables::{VARIABLES, value};
+use super::variables::{NAMES, value};
 use super::*;
 use crate::effect::CATALOGUE;
 use crate::effect::definition::{Effect, Memory, Role};
@@ -171,7 +171,7 @@ fn derivatives_agree_with_differences_of_sixth_order() {
         "dtheta/ds = k * cos(phi_left) / (1 + q * payload) - sqrt(abs(k * w))",
         "dtheta/ds = k * ln(2 + s/l) * abs(v_left/v_right)^n * min(a_left/0.2[m/s^2], 1) * tan(0.1*theta)",
     ] {
-        let (tree, names) = parse(equation.split_once('=').unwrap().1, &VARIABLES).unwrap();
+        let (tree, names) = parse(equation.split_once('=').unwrap().1, NAMES).unwrap();
         for step in sample_steps() {
             let at = [0.83, 0.31, 0.57, 1.71];
             let exact = evaluate(&tree, &Jet::parameters(&at), &|index| value(index, &step));

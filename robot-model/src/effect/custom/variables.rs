@@ -1,6 +1,6 @@
 //! Which variables may an expression of the path use, and what are they in a step?
 
-use crate::expression::Variable;
+use crate::expression::{Names, Variable};
 use crate::recording::motion::Step;
 
 const SPEED: [f64; 4] = [1.0, -1.0, 0.0, 0.0];
@@ -39,6 +39,9 @@ pub(super) static VARIABLES: [Variable; TABLE.len()] = {
     }
     variables
 };
+
+/// The names of an expression of the path.
+pub(super) static NAMES: Names = Names { variables: &VARIABLES, reserved: &[] };
 
 /// The value of the variable of this index.
 pub(super) fn value(index: usize, step: &Step) -> f64 {

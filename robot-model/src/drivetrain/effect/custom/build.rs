@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use super::equation::MotorCustom;
 use super::plausible::{amplitude_of, samples, without_bound};
-use super::variables::{VARIABLES, value};
+use super::variables::{NAMES, value};
 use crate::drivetrain::effect::definition::{
     Acting, Excitation, Moment, MotorEffect, MotorFacts, MotorParameter, MotorRole,
 };
@@ -28,11 +28,8 @@ impl MotorCustom {
     /// The effect, ready to be fitted.
     pub fn build(&self) -> Result<CustomMotorEffect, ExpressionError> {
         check_id(&self.id, find(&self.id).is_some())?;
-        let context = Context {
-            variables: &VARIABLES,
-            samples: &samples(),
-            left_side: self.target.left_side(),
-        };
+        let context =
+            Context { names: NAMES, samples: &samples(), left_side: self.target.left_side() };
         let declared = Declared { units: &self.units, ranges: &self.ranges };
         let amplitude = |volts, tree: &Tree, index| amplitude_of(volts, tree, index, self.target);
         let limit = |tree: &Tree, index| amplitude(LIMIT_V, tree, index);
@@ -60,7 +57,7 @@ impl MotorCustom {
         });
         Ok(CustomMotorEffect {
             custom: self.clone(),
-            name: format!("your own {}", self.id),
+            name: format!("your own {}", self.equation()),
             equation: self.equation(),
             parameters: parameters.collect(),
             tree,
@@ -92,9 +89,9 @@ impl MotorEffect for CustomMotorEffect {
             name: &self.name,
             equation: &self.equation,
             parameters: &self.parameters,
-            sign: "as its equation has it",
+            sign: self.custom.target.sign(),
             shown_by: "experiments in which what stands in its expression varies",
-            remedy: "add this term to the feedforward",
+            remedy: "add this term to the feedforward of your own controller",
         }
     }
 

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use super::target::{MotorTarget, Motors};
-use super::variables::VARIABLES;
+use super::variables::NAMES;
 use crate::expression::{ExpressionError, Sides, parse};
 
 /// What a user writes about an effect of the motors.
@@ -46,7 +46,7 @@ impl MotorCustom {
             ranges: BTreeMap::new(),
         };
         // An error in the expression points into the equation.
-        parse(&custom.expression, &VARIABLES).map_err(|error| sides.within(error))?;
+        parse(&custom.expression, NAMES).map_err(|error| sides.within(error))?;
         Ok(custom)
     }
 
@@ -57,6 +57,6 @@ impl MotorCustom {
 
     /// The names of its parameters, in the order in which they appear.
     pub fn parameters(&self) -> Result<Vec<String>, ExpressionError> {
-        Ok(parse(&self.expression, &VARIABLES)?.1)
+        Ok(parse(&self.expression, NAMES)?.1)
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! All of this is found by evaluating it at a few moments.
 
+use core::f64::consts::TAU;
+
 use super::target::MotorTarget;
 use super::variables::{VARIABLES, value};
 use crate::drivetrain::effect::definition::Moment;
@@ -27,10 +29,10 @@ pub(super) fn sample_moments() -> [Moment; 4] {
     ]
 }
 
-/// The values of all variables at the sample moments.
+/// The values of all variables at the sample moments, and at some near rest.
 pub(super) fn samples() -> Vec<Vec<f64>> {
-    let values = |moment: &Moment| (0..VARIABLES.len()).map(|index| value(index, moment)).collect();
-    sample_moments().iter().map(values).collect()
+    let values = |moment: Moment| (0..VARIABLES.len()).map(|index| value(index, &moment)).collect();
+    sample_moments().into_iter().chain(moments_all_over().step_by(11)).map(values).collect()
 }
 
 /// In which motion an expression grows without bound. Every experiment contains such motions, and they would dominate a fit.
@@ -56,13 +58,35 @@ pub(super) fn without_bound(tree: &Tree, count: usize) -> Option<UnboundedWhen> 
     }
 }
 
+/// Moments all over what motors do, so that an expression that acts near rest, or at one angle, acts in some of them.
+fn moments_all_over() -> impl Iterator<Item = Moment> {
+    const SPEEDS_MPS: [f64; 8] = [0.001, 0.004, 0.015, 0.04, 0.08, 0.15, 0.22, 0.31];
+    const ANGLES: u32 = 48;
+    SPEEDS_MPS.into_iter().flat_map(|speed| [speed, -speed]).flat_map(|v| {
+        (0..ANGLES).map(move |i| {
+            // Each speed at other angles, times and voltages.
+            let share = (f64::from(i) + 7.3 * v.abs().ln().fract().abs()) / f64::from(ANGLES);
+            let other = v * (1.0 - 2.0 * (5.0 * share).fract());
+            Moment {
+                side: if i % 2 == 0 { 1.0 } else { -1.0 },
+                speed_mps: (v, other),
+                volts: (24.0 * v + 0.7 * v.signum() + 2.0 * share, 24.0 * other + share),
+                turns: share,
+                t_s: 200.0 * share,
+                since_pause_s: f64::INFINITY,
+                heading_rad: TAU * (3.0 * share).fract(),
+            }
+        })
+    })
+}
+
 /// The amplitude that comes to this voltage where it acts most.
 pub(super) fn amplitude_of(volts: f64, tree: &Tree, index: usize, target: MotorTarget) -> f64 {
     let at = Jet::parameters(&PLACES);
-    let slopes = sample_moments().map(|moment| {
+    let slopes = moments_all_over().map(|moment| {
         let by = evaluate(tree, &at, &|variable| value(variable, &moment)).by[index];
         by.abs() * target.volts(moment.speed_mps.0)
     });
-    let slope = slopes.into_iter().filter(|slope| slope.is_finite()).fold(0.0, f64::max);
+    let slope = slopes.filter(|slope| slope.is_finite()).fold(0.0, f64::max);
     if slope > 0.0 { volts / slope } else { volts }
 }

@@ -44,6 +44,16 @@ impl MotorTarget {
         }
     }
 
+    /// What a positive change means.
+    pub(super) const fn sign(self) -> &'static str {
+        match self {
+            Self::Voltage => "brakes a wheel that rolls forward, drives one that rolls backward",
+            Self::Friction => "more friction, both ways",
+            Self::BackEmf => "more voltage at the same speed",
+            Self::Inertia => "more voltage for the same acceleration",
+        }
+    }
+
     /// What an equation of it is of.
     pub(super) fn left_side(self) -> LeftSide {
         let unit = match self {

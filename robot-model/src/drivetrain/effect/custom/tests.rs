@@ -58,7 +58,9 @@ fn every_mistake_is_named_and_pointed_at() {
         ("dtheta = k * v", r#"Target("dtheta")"#, "dtheta"),
         ("dV_both = k", r#"Target("dV_both")"#, "dV_both"),
         ("dV/dt = k", r#"Target("dV/dt")"#, "dV/dt"),
-        ("dV = q * omega", r#"UnknownUnit("q")"#, "q * omega"),
+        ("dV = q * omega", r#"Reserved { name: "omega""#, "omega"),
+        ("dV = kV * v", r#"Reserved { name: "kV""#, "kV"),
+        ("dV = q * r * v", r#"UnknownUnit("q")"#, "q * r * v"),
         ("dV = k * (v + volts)", "WrongUnit { required: Same", "(v + volts)"),
         ("dV = k / v", "Unbounded(AtRest)", "k / v"),
         ("dV = k / volts", "Unbounded(WithoutVoltage)", "k / volts"),
@@ -132,6 +134,17 @@ fn usual_sizes_come_to_volts_and_shapes_are_tried_in_seven_places() {
         Excitation { speed_mps_max: 0.4, gear_reduction: 1.0, counts_per_wheel_turn: 900.0 };
     let starts = effect.starts(&excitation);
     assert!(starts.len() == 7 && starts.iter().all(|start| start[0] == 0.0), "{starts:?}");
+    // What acts near rest, or at one angle only, is as large there; its shape is none of its amplitudes.
+    for equation in [
+        "dkS = k * exp(-(v / 0.01[m/s])^2)",
+        "dkS = k * exp(-(v / 0.01[m/s])^2) * abs(sin(n * phi))",
+        "dkS_right = k * exp(-((phi - 2) / 0.1)^2)",
+    ] {
+        let effect = built(equation);
+        let [k, rest @ ..] = effect.facts().parameters else { panic!() };
+        assert!(k.usual > 0.25 && k.usual < 1.5, "{equation}: {k:?}");
+        assert!(rest.iter().all(|shape| shape.role == MotorRole::Shape), "{equation}: {rest:?}");
+    }
     // A back-EMF constant by what it comes to at a speed.
     let constant = built("dkV = k").facts().parameters[0].usual;
     assert!((0.8..1.3).contains(&constant), "{constant}");

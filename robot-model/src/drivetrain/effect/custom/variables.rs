@@ -3,7 +3,7 @@
 use core::f64::consts::TAU;
 
 use crate::drivetrain::effect::definition::Moment;
-use crate::expression::Variable;
+use crate::expression::{Names, Variable};
 
 const SPEED: [f64; 4] = [1.0, -1.0, 0.0, 0.0];
 const VOLT: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
@@ -33,6 +33,28 @@ pub(super) static VARIABLES: [Variable; TABLE.len()] = {
         index += 1;
     }
     variables
+};
+
+/// The names of an expression of motors. Those of the path's expressions, and the model's constants, are no parameters here.
+pub(super) static NAMES: Names = Names {
+    variables: &VARIABLES,
+    reserved: &[
+        "omega",
+        "v_left",
+        "v_right",
+        "a_left",
+        "a_right",
+        "phi_left",
+        "phi_right",
+        "t_run",
+        "payload",
+        "kS",
+        "kV",
+        "kA",
+        "kC",
+        "kD",
+        "kW",
+    ],
 };
 
 /// The value of the variable of this index.

@@ -65,3 +65,63 @@ fn the_shape_of_an_expression_is_fitted() {
     let [k, w] = fitted.effects[0].parameters.as_slice() else { panic!() };
     assert!(fitted.effects[0].matters && holds(k, 0.2) && holds(w, 0.06), "{fitted:#?}");
 }
+
+/// Friction that acts only near rest, where most experiments are not: however an amplitude is scaled, its fit is the same, and it
+/// never ends worse than without it.
+#[test]
+fn an_effect_near_rest_is_fitted_however_it_is_scaled() {
+    let experiments = Motors { slow: (0.2, 0.05), ..SOUND }.campaign(7);
+    let fitted = |equation: &str| fit_chosen(&ROBOT, &experiments, &[own(equation)]).unwrap();
+    let before = fit_chosen(&ROBOT, &experiments, &[]).unwrap();
+    for (scale, times) in [("", 1.0), ("1000 * ", 1000.0), ("0.001 * ", 0.001)] {
+        let after = fitted(&format!("dkS = {scale}k * exp(-(v / 0.05[m/s])^2)"));
+        let k = &after.effects[0].parameters[0];
+        assert!((k.value * times - 0.2).abs() < 0.02, "{scale}: {k:?}");
+        assert!(after.errors.fitted_m < 0.3 * before.errors.fitted_m, "{scale}: {after:#?}");
+    }
+    for equation in ["dkS = k * exp(-(v / 0.01[m/s])^2)", "dkS = k * exp(-abs(v) / 0.02[m/s])"] {
+        let after = fitted(equation);
+        assert!(after.errors.fitted_m <= before.errors.fitted_m, "{equation}: {after:#?}");
+    }
+}
+
+#[test]
+fn what_the_rest_of_the_model_can_do_already_is_refused() {
+    let experiments = Motors { drag: 4.0, ..SOUND }.campaign(7);
+    let drag = || own("dV = q * v * abs(v)");
+    let scaled = own("dV_left = 3 * q * v * abs(v)");
+    let other = own("dV_right = q * v * abs(v)");
+    for (effects, refused) in [
+        (vec![drag(), drag()], "custom_dv"),
+        (vec![KnownMotorEffect::find("quadratic_drag", &[]).unwrap(), drag()], "custom_dv"),
+        (vec![drag(), scaled.clone(), other.clone()], "custom_dv_right"),
+        (vec![own("dkV = k")], "custom_dkv"),
+        (vec![own("dkA = k")], "custom_dka"),
+        (vec![own("dV = k * v")], "custom_dv"),
+    ] {
+        let found = fit_chosen(&ROBOT, &experiments, &effects);
+        let expected = MissingError::Inseparable { effect: refused.to_owned() };
+        assert_eq!(found.map(|model| model.effects.len()), Err(expected), "{effects:#?}");
+    }
+    // One wheel's is an effect of its own.
+    fit_chosen(&ROBOT, &experiments, &[drag(), scaled]).unwrap();
+}
+
+/// As the back-EMF and the friction of a motor together: what each would be, these experiments hardly tell.
+#[test]
+fn what_the_experiments_do_not_determine_is_refused_or_no_worse() {
+    let experiments = Motors { drag: 1.0, ..SOUND }.campaign(7);
+    let before = fit_chosen(&ROBOT, &experiments, &[]).unwrap().errors.cross_validated_m;
+    for equation in ["dkS = k * abs(volts)", "dkS = k * exp(-abs(v)/w)", "dV = a*sin(n*phi + p)"] {
+        match fit_chosen(&ROBOT, &experiments, &[own(equation)]) {
+            Ok(model) => {
+                let after = model.errors.cross_validated_m;
+                assert!(after < 2.5 * before, "{equation}: {before} {after}");
+            }
+            Err(error) => assert!(
+                matches!(error, MissingError::Unstable { .. } | MissingError::Inseparable { .. }),
+                "{equation}: {error:?}"
+            ),
+        }
+    }
+}

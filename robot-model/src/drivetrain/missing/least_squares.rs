@@ -213,10 +213,10 @@ impl Problem<'_> {
         Fitted { model, costs, residuals, columns }
     }
 
-    /// With one more effect, from these parameters. To first order they may be far out, and lead astray: its amplitudes are
-    /// made smaller until the model is no worse than without it, which it is at zero.
+    /// With one more effect, from these parameters. To first order they may be far out, and lead astray: where the fit ends worse
+    /// than without the effect, it begins again with smaller amplitudes, from which the model is no worse.
     pub fn fit_with(&self, without: &Fitted, effect: &KnownMotorEffect, p: &[f64]) -> Fitted {
-        const SMALLER: [f64; 6] = [1.0, 0.5, 0.2, 0.05, 0.01, 0.0];
+        const SMALLER: [f64; 5] = [0.5, 0.2, 0.05, 0.01, 0.0];
         let roles = effect.facts().parameters.iter().map(|parameter| parameter.role);
         let is_amplitude: Vec<bool> = roles.map(|role| role == MotorRole::Amplitude).collect();
         let model = |share: f64| {
@@ -232,6 +232,10 @@ impl Problem<'_> {
             model
         };
         let cost = self.weighted(&without.costs);
+        let fitted = self.fit(model(1.0));
+        if self.weighted(&fitted.costs) <= cost {
+            return fitted;
+        }
         let is_no_worse = |model: &Model| self.weighted(&self.costs(model, &model.at)) <= cost;
         let start = SMALLER.into_iter().map(model).find(is_no_worse);
         self.fit(start.unwrap_or_else(|| model(0.0)))

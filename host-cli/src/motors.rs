@@ -5,7 +5,8 @@
 use std::path::Path;
 
 use robot_model::drivetrain::{
-    BaselineErrors, Estimate, KnownMotorEffect, MotorAnswer, MotorErrors, MotorStep,
+    BaselineErrors, Estimate, KnownMotorEffect, MotorAnswer, MotorErrors, MotorParameter,
+    MotorRole, MotorStep,
 };
 
 use crate::escape::shell_path;
@@ -88,7 +89,7 @@ pub fn show_answer(answer: &MotorAnswer) {
     }
     say(paint(
         DIM,
-        "Errors are of experiments predicted by the others; those of this table to first order.",
+        "Errors are of experiments predicted by the others; those of this table to first order. Named above is what is best when fitted in full.",
     ));
     say("");
     let unexplained = &answer.unexplained;
@@ -122,6 +123,9 @@ fn show_step(number: usize, step: &MotorStep) {
     for parameter in &step.parameters {
         say(format_args!("   {}", estimate(parameter)));
     }
+    if let Some(words) = holds_zero(facts.parameters, &step.parameters) {
+        say(paint(DIM, format_args!("   {words}")));
+    }
     say(format_args!("   positive: {}", facts.sign));
     say(format_args!(
         "   the error falls to {}; chance alone does that in {}",
@@ -133,6 +137,19 @@ fn show_step(number: usize, step: &MotorStep) {
         say(format_args!("   {} {class}", paint(WARN, "these experiments cannot tell it from:")));
     }
     say(format_args!("   what to do: {}", facts.remedy));
+}
+
+/// What to say of an effect that is beyond chance although an interval of its amplitudes holds zero.
+pub(crate) fn holds_zero(facts: &[MotorParameter], found: &[Estimate]) -> Option<String> {
+    let is_of_zero = |(known, found): &(&MotorParameter, &Estimate)| {
+        known.role == MotorRole::Amplitude && found.value.abs() < found.half_width_95
+    };
+    let mut names = facts.iter().zip(found).filter(is_of_zero).map(|(known, _)| &*known.name);
+    let first = names.next()?;
+    let names = names.fold(first.to_owned(), |names, name| format!("{names}, {name}"));
+    Some(format!(
+        "the interval of {names} holds zero: kinds of experiments disagree about the size, not about whether it is there"
+    ))
 }
 
 /// Ids of effects.
@@ -223,5 +240,18 @@ mod tests {
         assert_eq!(told(1.0, f64::INFINITY, false), "k  1.000 V, from a single experiment");
         assert_eq!(chance_alone(1.0 / 4001.0), "less than one of 4000 campaigns");
         assert_eq!(chance_alone(0.004), "one of 250 campaigns");
+        let known = [MotorParameter::amplitude("k", "V", 0.3, 24.0)];
+        let found = |value: f64| Estimate {
+            name: "k".into(),
+            unit: "V".into(),
+            value,
+            half_width_95: 0.49,
+            is_at_end: false,
+        };
+        assert_eq!(holds_zero(&known, &[found(0.6)]), None);
+        assert!(
+            holds_zero(&known, &[found(0.24)])
+                .is_some_and(|words| words.contains("of k holds zero"))
+        );
     }
 }

@@ -30,7 +30,8 @@ impl MotorModelFile {
 pub(super) fn text(robot: &str, customs: &[Arc<CustomMotorEffect>], model: &ChosenModel) -> String {
     let mut text = format!(
         "# The motors of {}: effects beyond kS, kV and kA. Written by beeline; change this file with\n\
-         # `beeline model add`, `remove` and `fit`, each with --drivetrain, or by hand.\n",
+         # `beeline model add`, `remove` and `fit`, each with --drivetrain, or by hand. The values are those of the last\n\
+         # fit: each command fits them again.\n",
         one_line(robot)
     );
     for effect in &model.effects {

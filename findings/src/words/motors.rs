@@ -44,7 +44,7 @@ pub fn regressor_in_words(by: MotorRegressor) -> &'static str {
         MotorRegressor::Voltage => "the voltage",
         MotorRegressor::Load => "what the motors work against",
         MotorRegressor::Angle => "the wheel's angle",
-        MotorRegressor::Counts => "the encoder's angle: its lines may be uneven",
+        MotorRegressor::Counts => "the encoder's angle (its lines may be uneven)",
         MotorRegressor::Time => "the time",
     }
 }

@@ -105,7 +105,7 @@ pub struct ExplainArgs {
 /// `beeline model ...`
 #[derive(Clone, Debug, Subcommand)]
 pub enum ModelCommand {
-    /// Show the model: its effects, their values, and its error.
+    /// Show the model: its effects and their values, and of the path its error.
     #[command(after_help = "Example:\n  beeline model show my-robot")]
     Show {
         /// The campaign folder, or a model.toml.

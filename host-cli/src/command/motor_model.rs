@@ -15,7 +15,7 @@ use crate::cli::{AddArgs, Common, RemoveArgs};
 use crate::error::{Error, Result};
 use crate::escape::shell_path;
 use crate::json;
-use crate::motors::{chance_alone, estimate, millimetres};
+use crate::motors::{chance_alone, estimate, holds_zero, millimetres};
 use crate::table::{Cell, Table};
 use crate::ui::{BAD, BOLD, DIM, GOOD, Steps, paint, say};
 
@@ -251,6 +251,10 @@ fn changed(before: &ChosenModel, after: &ChosenModel, campaign: &str, new: impl 
         say(format_args!("{mark}{}  {}", paint(BOLD, facts.id), facts.name));
         for parameter in &effect.parameters {
             say(format_args!("    {}", estimate(parameter)));
+        }
+        let zero = holds_zero(facts.parameters, &effect.parameters).filter(|_| effect.matters);
+        if let Some(words) = zero {
+            say(paint(DIM, format_args!("    {words}")));
         }
         let without = millimetres(effect.without_m);
         let (style, words) = match effect.matters {

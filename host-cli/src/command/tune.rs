@@ -222,7 +222,10 @@ fn print(tuned: &Tuned, forgets: bool) {
     for words in result_tables::lowered(tuned) {
         say(format_args!("{} {words}", paint(WARN, "lowered:")));
     }
-    let saved = if forgets { "written" } else { "saved" };
+    let saved = match forgets {
+        true => "found, and forgotten with this simulated robot unless --flash FILE keeps them",
+        false => "saved",
+    };
     let floor = match tuned.wheels_up {
         true => "wheels in the air".to_owned(),
         false => format!("{:.2} m of floor", tuned.floor_used_m),

@@ -134,8 +134,10 @@ mod tests {
 
     #[test]
     fn a_wheel_that_counts_while_the_other_one_stands_is_not_pushed() {
-        // The left one stands after it has rolled out; the right one counts on.
-        let rolled = [9, 5, 2, 1, 0, 0, 0, 0].map(|left| WheelPair::new(left, 40));
+        // The left one has rolled out, and stands; the right one counts on.
+        let mut rolled = [9, 5, 2, 1, 0, 0, 0, 0].map(|left| WheelPair::new(left, 40)).to_vec();
+        assert!(!is_pushed(&rolled), "they became slower");
+        rolled.extend([WheelPair::new(0, 40); 4]);
         assert!(is_pushed(&rolled));
         assert_eq!(counts_alone(&rolled), Some(Wheel::Right));
     }

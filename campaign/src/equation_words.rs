@@ -101,6 +101,15 @@ pub fn values<A, B>(
     from.iter().map(|(name, value)| (name.clone(), of(value.get_ref()))).collect()
 }
 
+/// This id, or with the first number behind it that makes it free.
+pub fn free_id(wanted: String, is_taken: impl Fn(&str) -> bool) -> String {
+    if !is_taken(&wanted) {
+        return wanted;
+    }
+    let mut numbered = (2_u64..).map(|number| format!("{wanted}_{number}"));
+    numbered.find(|id| !is_taken(id)).unwrap_or(wanted)
+}
+
 /// A TOML string.
 pub fn quoted(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()

@@ -37,6 +37,8 @@ use robot_model::explain::ParameterFound;
 use robot_model::expression::ExpressionError;
 use robot_model::recording::OdometryNoise;
 
+use crate::equation_words::free_id;
+
 pub use read::{custom_from_equation, equation_error, hint_for};
 
 /// A model as in `model.toml`.
@@ -145,12 +147,8 @@ impl ModelFile {
     /// Declares an effect of the user's own. If its id is taken, a number is added to it.
     pub fn declare(&mut self, custom: &Custom) -> Result<KnownEffect, Box<ExpressionError>> {
         let mut custom = custom.clone();
-        let wanted = custom.id.clone();
-        let mut number = 1;
-        while self.customs.iter().any(|own| own.facts().id == custom.id) {
-            number += 1;
-            custom.id = format!("{wanted}_{number}");
-        }
+        let is_taken = |id: &str| self.customs.iter().any(|own| own.facts().id == id);
+        custom.id = free_id(custom.id, is_taken);
         let effect = Arc::new(custom.build().map_err(Box::new)?);
         self.customs.push(Arc::clone(&effect));
         Ok(KnownEffect::Own(effect))

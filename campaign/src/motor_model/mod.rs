@@ -30,7 +30,7 @@ use robot_model::expression::ExpressionError;
 use serde::Deserialize;
 
 use crate::CampaignError;
-use crate::equation_words::About;
+use crate::equation_words::{About, free_id};
 
 /// A model of the motors as in `motors.toml`.
 #[derive(Clone, Debug, Default)]
@@ -96,12 +96,8 @@ impl MotorModelFile {
         custom: &MotorCustom,
     ) -> Result<KnownMotorEffect, Box<ExpressionError>> {
         let mut custom = custom.clone();
-        let wanted = custom.id.clone();
-        let mut number = 1;
-        while self.customs.iter().any(|own| own.facts().id == custom.id) {
-            number += 1;
-            custom.id = format!("{wanted}_{number}");
-        }
+        let is_taken = |id: &str| self.customs.iter().any(|own| own.facts().id == id);
+        custom.id = free_id(custom.id, is_taken);
         let effect = Arc::new(custom.build().map_err(Box::new)?);
         self.customs.push(Arc::clone(&effect));
         Ok(KnownMotorEffect::Own(effect))

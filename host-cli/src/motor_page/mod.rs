@@ -24,13 +24,16 @@ use crate::report::{DRAWING_STYLE, REPORT_STYLE};
 pub use campaign_page::of_campaign;
 pub use tuning::of_tuning;
 
+/// Curves of another model, behind those that count.
+const PALE: &str = ".d .p.pale{opacity:.35}";
+
 /// The page up to its first line.
 fn begin(robot: &str, title: &str) -> String {
     let robot = if robot.is_empty() { "robot" } else { robot };
     format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\
-         <title>{}: {title}</title>\n<style>{COLOURS}\n{STYLE}\n{PAGE_STYLE}\n{DRAWING_STYLE}{REPORT_STYLE}</style></head>\n<body>\n",
+         <title>{}: {title}</title>\n<style>{COLOURS}\n{STYLE}\n{PAGE_STYLE}\n{DRAWING_STYLE}{REPORT_STYLE}{PALE}</style></head>\n<body>\n",
         escape(robot)
     )
 }

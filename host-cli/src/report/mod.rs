@@ -70,7 +70,7 @@ figcaption span{white-space:nowrap}\
 /// How the lines of this page's drawings look, beyond those of a calibration's.
 pub(crate) const DRAWING_STYLE: &str = "\
 .seen{fill:none;stroke:var(--line);stroke-width:5;stroke-opacity:.55;stroke-linecap:round;stroke-linejoin:round}\
-.thin .p{stroke-width:1.7}.p.pale{opacity:.35}.zero{stroke:var(--line);stroke-width:1.2;fill:none}\
+.thin .p{stroke-width:1.7}.zero{stroke:var(--line);stroke-width:1.2;fill:none}\
 .d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";
 
 /// The whole page.

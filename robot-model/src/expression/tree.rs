@@ -43,6 +43,17 @@ impl Variable {
     pub const fn new(name: &'static str, unit: [f64; 4]) -> Self {
         Self { name, unit: Unit(unit) }
     }
+
+    /// The variables of a table that has something of each beside it.
+    pub const fn of_table<Beside, const LEN: usize>(table: &[(Self, Beside); LEN]) -> [Self; LEN] {
+        let mut variables = [table[0].0; LEN];
+        let mut index = 0;
+        while index < LEN {
+            variables[index] = table[index].0;
+            index += 1;
+        }
+        variables
+    }
 }
 
 /// Names with a meaning.

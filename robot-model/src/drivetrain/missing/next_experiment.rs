@@ -42,7 +42,7 @@ pub struct NextExperiment {
 }
 
 /// Models that lead apart by less than this share of what counts hide are one.
-const APART_SHARE: f64 = 0.2;
+const APART_SHARE: f64 = 0.02;
 
 const KINDS: [ExperimentKind; 8] = [
     ExperimentKind::SlowRamp,

@@ -30,15 +30,7 @@ const TABLE: [(Variable, Value); 14] = [
 ];
 
 /// The variables.
-pub(super) static VARIABLES: [Variable; TABLE.len()] = {
-    let mut variables = [TABLE[0].0; TABLE.len()];
-    let mut index = 0;
-    while index < TABLE.len() {
-        variables[index] = TABLE[index].0;
-        index += 1;
-    }
-    variables
-};
+pub(super) static VARIABLES: [Variable; TABLE.len()] = Variable::of_table(&TABLE);
 
 /// The names of an expression of the path.
 pub(super) static NAMES: Names = Names { variables: &VARIABLES, reserved: &[] };

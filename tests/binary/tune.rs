@@ -234,6 +234,7 @@ fn an_equation_is_added(temp: &TempFolder, before_m: f64) {
     // Without --drivetrain.
     let outcome = temp.run("explain motors");
     assert!(outcome.stderr.contains("with --drivetrain"), "{outcome:#?}");
-    temp.run("model remove my_drag --drivetrain motors").ok();
+    let removed = temp.run("model remove my_drag --drivetrain motors").ok();
+    assert!(removed.stderr.contains("dV = q * v * abs(v)"), "to be pasted: {removed:#?}");
     assert!(!String::from_utf8(temp.read("motors/motors.toml")).unwrap().contains("my_drag"));
 }

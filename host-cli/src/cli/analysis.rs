@@ -144,7 +144,8 @@ sqrt, tanh, abs, sign, min, max; numbers, with a unit if need be: 0.3[m/s]. Ever
 parameter to be fitted; its unit is derived, or checked if you give it.
 
 With --drivetrain the left side is dV (volts that the motor needs), dkS (friction), dkV or dkA, followed
-by _left or _right for one motor. On its right: v, v_other, volts, volts_other, phi, theta, t, side.
+by _left or _right for one motor. On its right: v, v_other, volts, volts_other, load, phi,
+theta, t, side.
 
 Examples:
   beeline model add wheel_radius_ratio my-robot

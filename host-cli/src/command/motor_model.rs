@@ -17,7 +17,7 @@ use crate::escape::shell_path;
 use crate::json;
 use crate::motors::{chance_alone, estimate, holds_zero, millimetres};
 use crate::table::{Cell, Table};
-use crate::ui::{BAD, BOLD, DIM, GOOD, Steps, paint, say};
+use crate::ui::{BAD, BOLD, DIM, GOOD, Steps, note, paint, say};
 
 /// An effect and a campaign, where one forgets them.
 const EXAMPLE: &str = "backlash my-motors";
@@ -56,6 +56,11 @@ pub(super) fn remove(common: &Common, args: &RemoveArgs) -> Result<()> {
     let mut effects = task.before.clone();
     for id in &ids {
         let (before, declared) = (effects.len(), task.model.customs.len());
+        let own = task.model.customs.iter().find(|own| own.facts().id == id);
+        if let Some(own) = own.filter(|_| !common.json) {
+            // To be pasted, if it was removed by mistake.
+            note(format_args!("{id} was --custom \"{}\" --name {id}", own.facts().equation));
+        }
         effects.retain(|effect| effect.facts().id != id);
         task.model.customs.retain(|own| own.facts().id != id);
         if effects.len() == before && task.model.customs.len() == declared {

@@ -101,7 +101,7 @@ impl MotorEffect for CustomMotorEffect {
         }
         let mut at = [Jet::ZERO; _];
         at.iter_mut().zip(p).for_each(|(jet, value)| *jet = Jet::constant(*value));
-        let change = evaluate(&self.tree, &at, &|index| value(index, moment)).value;
+        let change = evaluate(&self.tree, &at, &|index| value(index, moment, &acting.motor)).value;
         if change.is_finite() {
             self.custom.target.add(change, acting);
         }

@@ -13,6 +13,7 @@
 //! | --- | --- |
 //! | `v`, `v_other` | speed of this wheel and of the other one, forwards positive \[m/s\] |
 //! | `volts`, `volts_other` | voltage that is applied to this wheel's motor and to the other one \[V\] |
+//! | `load` | what this wheel's motor works against: its voltage less kV v \[V\] |
 //! | `phi` | angle of this wheel since its counter was zero \[rad\] |
 //! | `theta` | heading of the robot since the campaign began, left positive \[rad\] |
 //! | `t` | time since the campaign began \[s\] |

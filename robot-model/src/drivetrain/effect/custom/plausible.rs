@@ -7,8 +7,13 @@ use core::f64::consts::TAU;
 use super::target::MotorTarget;
 use super::variables::{VARIABLES, value};
 use crate::drivetrain::effect::definition::Moment;
+use crate::drivetrain::model::WheelMotor;
 use crate::expression::{PLACES, Tree, UnboundedWhen, evaluate};
 use crate::numeric::jet::Jet;
+
+/// The motor of these moments.
+const MOTOR: WheelMotor =
+    WheelMotor { ks_forward_v: 0.5, ks_backward_v: 0.5, kv_v_s_per_m: 24.0, ka_v_s2_per_m: 0.7 };
 
 /// Moments at which an expression is evaluated: ordinary values, no two alike.
 pub(super) fn sample_moments() -> [Moment; 4] {
@@ -31,7 +36,8 @@ pub(super) fn sample_moments() -> [Moment; 4] {
 
 /// The values of all variables at the sample moments, and at some near rest.
 pub(super) fn samples() -> Vec<Vec<f64>> {
-    let values = |moment: Moment| (0..VARIABLES.len()).map(|index| value(index, &moment)).collect();
+    let values =
+        |moment: Moment| (0..VARIABLES.len()).map(|index| value(index, &moment, &MOTOR)).collect();
     sample_moments().into_iter().chain(moments_all_over().step_by(11)).map(values).collect()
 }
 
@@ -41,7 +47,8 @@ pub(super) fn without_bound(tree: &Tree, count: usize) -> Option<UnboundedWhen> 
     const LESS: [f64; 2] = [1e-3, 1e-6];
     const GROWS: f64 = 100.0;
     let at = Jet::parameters(&PLACES[..count]);
-    let amount = |moment: &Moment| evaluate(tree, &at, &|index| value(index, moment)).value.abs();
+    let amount =
+        |moment: &Moment| evaluate(tree, &at, &|index| value(index, moment, &MOTOR)).value.abs();
     let grows = |like: &dyn Fn(&Moment, f64) -> Moment| {
         sample_moments().iter().any(|moment| {
             let [less, least] = LESS.map(|share| amount(&like(moment, share)));
@@ -84,7 +91,7 @@ fn moments_all_over() -> impl Iterator<Item = Moment> {
 pub(super) fn amplitude_of(volts: f64, tree: &Tree, index: usize, target: MotorTarget) -> f64 {
     let at = Jet::parameters(&PLACES);
     let slopes = moments_all_over().map(|moment| {
-        let by = evaluate(tree, &at, &|variable| value(variable, &moment)).by[index];
+        let by = evaluate(tree, &at, &|variable| value(variable, &moment, &MOTOR)).by[index];
         by.abs() * target.volts(moment.speed_mps.0)
     });
     let slope = slopes.filter(|slope| slope.is_finite()).fold(0.0, f64::max);

@@ -48,6 +48,7 @@ fn units_follow_from_the_expression() {
     assert_eq!(units("dkS = k * exp(-abs(v) / w)"), ["V", "m/s"]);
     assert_eq!(units("dkV_left = a * cos(3*phi) + b * sin(3*phi)"), ["V s/m", "V s/m"]);
     assert_eq!(units("dkA = k * abs(volts)"), ["s^2/m"]);
+    assert_eq!(units("dkS = k * abs(load)"), ["1"]);
     assert_eq!(units("dV_right = c * t * sign(v) + g * sin(theta)"), ["V/s", "V"]);
 }
 
@@ -99,6 +100,9 @@ fn each_left_side_changes_what_it_names_of_the_motors_it_names() {
     assert_eq!(acts(&built("dV_left = k"), &[0.2], &right), acting());
     assert_eq!(acts(&built("dV_right = k"), &[0.2], &right).volts, 2.8);
     assert_eq!(acts(&built("dV_right = k"), &[0.2], &left), acting());
+    // What the motor works against: 8.14 V less 24 V s/m times 0.31 m/s.
+    let loaded = acts(&built("dkS = k * abs(load)"), &[0.1], &left).motor;
+    assert!((loaded.ks_forward_v - 0.57).abs() < 1e-9, "{loaded:?}");
     // Where there is no value, nothing.
     let rest = Moment { speed_mps: (0.0, 0.0), ..left };
     assert_eq!(acts(&built("dV = k * v^2 / v"), &[0.2], &rest), acting());

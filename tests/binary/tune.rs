@@ -160,6 +160,7 @@ fn an_effect_that_motors_hide_is_added_to_their_model_and_the_error_falls() {
         ("model remove cogging --drivetrain motors", "cogging is not in the model of the motors"),
         ("model add --drivetrain motors", "name an effect and a campaign"),
         ("model add heating --drivetrain nowhere", "nowhere"),
+        ("model add --drivetrain dV=q*v*abs(v) motors", "an equation goes with --custom"),
     ] {
         let outcome = temp.run(arguments);
         assert_eq!(outcome.code, Some(2), "{outcome:#?}");

@@ -35,7 +35,11 @@ pub(super) fn add(common: &Common, args: &AddArgs) -> Result<()> {
     }
     for id in &ids {
         let effect = task.model.find(id).ok_or_else(|| {
-            Error::new(format_args!("motors have no effect `{id}`")).hint(task.model.ids())
+            let error = Error::new(format_args!("motors have no effect `{id}`"));
+            match id.contains('=') {
+                true => error.hint("an equation goes with --custom"),
+                false => error.hint(task.model.ids()),
+            }
         })?;
         if effects.iter().any(|own| own.facts().id == id) {
             return Err(Error::new(format_args!("{id} is in the model already")).hint(

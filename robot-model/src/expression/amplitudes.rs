@@ -28,6 +28,10 @@ pub(crate) fn amplitudes(tree: &Tree, count: usize, samples: &[Vec<f64>]) -> Opt
             if !(of_a.is_finite() && of_b.is_finite() && both.is_finite()) {
                 return true;
             }
+            let at_zero = value(sample, &|_| 0.0);
+            if at_zero.is_finite() && at_zero != 0.0 {
+                return false;
+            }
             finite += 1;
             // The rounding errors of sums of such numbers, and of numbers so small that they lose their digits.
             let rounding = 1e-9 * (of_a.abs() + of_b.abs() + both.abs()) + 1e-290;

@@ -66,6 +66,8 @@ fn every_mistake_is_named_and_pointed_at() {
         ("dV = k / v", "Unbounded(AtRest)", "k / v"),
         ("dV = k / volts", "Unbounded(WithoutVoltage)", "k / volts"),
         ("dV = 2 * v", "DoesNotVanish", ""),
+        // So little that it is lost beside any other number, but not beside zero.
+        ("dV = k * v + 1e-308[V]", "DoesNotVanish", "k * v + 1e-308[V]"),
         ("dV = k * volt", r#"LooksLike { name: "volt", variable: "volts" }"#, "volt"),
     ] {
         let (found, at) = refused(equation);

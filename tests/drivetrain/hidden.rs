@@ -6,7 +6,7 @@ use sim_target::plant::PlantParameters;
 
 /// Something that motors, gears, drivers or batteries may have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the first twelve are those of the catalogue")]
+#[allow(missing_docs, reason = "the first thirteen are those of the catalogue")]
 pub enum Hidden {
     SideAsymmetry,
     DirectionAsymmetry,
@@ -20,6 +20,7 @@ pub enum Hidden {
     TransportDelay,
     Backlash,
     Heating,
+    BridgeCurve,
     /// The driver chops above a current.
     CurrentLimit,
     /// A tooth that binds once per turn.
@@ -28,14 +29,14 @@ pub enum Hidden {
     GearLoss,
     /// Brushes that lift off at speed.
     BrushLift,
-    /// A mean voltage that is not straight in the duty.
-    BentDuty,
+    /// A driver that changes its duty only so fast.
+    SoftStart,
     /// Encoder lines that are not evenly spaced round the turn.
     UnevenLines,
 }
 
 /// Those that are in the catalogue, with their ids.
-pub const INSIDE: [(Hidden, &str); 12] = [
+pub const INSIDE: [(Hidden, &str); 13] = [
     (Hidden::SideAsymmetry, "side_asymmetry"),
     (Hidden::DirectionAsymmetry, "direction_asymmetry"),
     (Hidden::LoadTorque, "load_torque"),
@@ -48,6 +49,7 @@ pub const INSIDE: [(Hidden, &str); 12] = [
     (Hidden::TransportDelay, "transport_delay"),
     (Hidden::Backlash, "backlash"),
     (Hidden::Heating, "heating"),
+    (Hidden::BridgeCurve, "bridge_curve"),
 ];
 
 /// Those that are not.
@@ -56,7 +58,7 @@ pub const OUTSIDE: [Hidden; 6] = [
     Hidden::TightTooth,
     Hidden::GearLoss,
     Hidden::BrushLift,
-    Hidden::BentDuty,
+    Hidden::SoftStart,
     Hidden::UnevenLines,
 ];
 
@@ -158,6 +160,7 @@ impl Hidden {
                     defects.heat_capacity_j_per_k = 1.0;
                 }
             }
+            Self::BridgeCurve => plant.bridge.bend = 0.12 * draw,
             other => other.apply_from_outside(plant, draw, (friction_nm, fast_rad_s), sign),
         }
     }
@@ -191,7 +194,7 @@ impl Hidden {
                     defects.brush_lift_rad_s = 0.25 * fast_rad_s / s.max(1e-3);
                 }
             }
-            Self::BentDuty => plant.bridge.bend = 0.12 * s,
+            Self::SoftStart => plant.bridge.slew_per_s = Some(12.0 / s.max(1e-3)),
             Self::UnevenLines => {
                 for encoder in [&mut plant.encoder.left, &mut plant.encoder.right] {
                     encoder.error.eccentricity = (0.08 * s).min(0.18);

@@ -74,7 +74,10 @@ pub fn judge_recorded(seed: u64, case: &Case, found: &Experiments) -> Score {
     let said: Vec<String> = answer
         .steps
         .iter()
-        .map(|step| format!("{} {:.3} mm", answers(step).join("|"), step.size_m * 1e3))
+        .map(|step| {
+            let named = answers(step).join("|");
+            format!("{named} {:.3} mm p {:.4}", step.size_m * 1e3, step.p_value)
+        })
         .collect();
     let text = format!(
         "{:?} {:?}: {}{}{} {:.3} -> {:.3} mm, counts {:.3}, {} experiments, {}, {intervals}",

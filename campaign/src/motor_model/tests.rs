@@ -54,7 +54,7 @@ fn what_is_written_is_read_again() {
     assert_eq!(entry.effect.facts().id, "rubs");
     assert_eq!((entry.values["k"].value, entry.values["k"].unit.as_deref()), (0.2, Some("V")));
     assert!(entry.values["k"].half_width_95.is_none());
-    assert_eq!(again.catalogue().len(), 14);
+    assert_eq!(again.catalogue().len(), 15);
 }
 
 #[test]

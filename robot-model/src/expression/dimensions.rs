@@ -104,7 +104,12 @@ pub(crate) fn units(
             }
             match solved[j] {
                 Some((_, open)) if open.of.iter().all(|power| power.abs() < 1e-9) => {
-                    Ok(Unit(open.known))
+                    let unit = Unit(open.known);
+                    if unit.can_be_declared() {
+                        return Ok(unit);
+                    }
+                    let problem = ExpressionProblem::NotAUnit(unit.to_string());
+                    Err(ExpressionError::in_expression(tree.at.clone(), problem))
                 }
                 _ => {
                     let problem = ExpressionProblem::UnknownUnit(names[j].clone());

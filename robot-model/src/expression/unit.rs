@@ -54,6 +54,11 @@ impl Unit {
         let [m, s, kg, volt] = self.0;
         0.3_f64.powf(m) * 1.0_f64.powf(s) * 2.0_f64.powf(kg) * 1.0_f64.powf(volt)
     }
+
+    /// Whether [`Unit::parse`] takes its exponents.
+    pub fn can_be_declared(self) -> bool {
+        self.0.iter().all(|power| power.abs() <= EXPONENT_MAX)
+    }
 }
 
 /// Largest exponent: no quantity has a larger one.
@@ -67,11 +72,11 @@ fn exponent(text: &str) -> Option<f64> {
     text.parse().ok().filter(|power: &f64| plain && power.abs() <= EXPONENT_MAX)
 }
 
-/// [`Unit::parse`] reads this back; exponents are rounded to 1e-6.
+/// [`Unit::parse`] reads this back; exponents are rounded to 1e-9.
 impl fmt::Display for Unit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let side = |sign: f64| -> Vec<String> {
-            let rounded = self.0.map(|power| (power * 1e6).round() / 1e6);
+            let rounded = self.0.map(|power| (power * 1e9).round() / 1e9);
             // The volt first: V s/m.
             let names = [("V", 3), ("m", 0), ("s", 1), ("kg", 2)];
             let names = names.map(|(name, index)| (name, rounded[index])).into_iter();

@@ -24,17 +24,28 @@ pub struct BridgeParameters {
     /// How much the mean voltage bends below the duty's straight line, as currents that decay fast make it: the voltage
     /// is the supply times duty to the power of 1 + this.
     pub bend: f64,
+    /// How fast the duty on the motors can change; absent for a driver that follows at once \[1/s\].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slew_per_s: Option<f64>,
 }
 
 impl BridgeParameters {
     pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("dead_band_v", self.dead_band_v, 0.0, 50.0)?;
         check.within("current_limit_a", self.current_limit_a.unwrap_or(1.0), 1e-3, 1e4)?;
-        check.within("bend", self.bend, 0.0, 5.0)
+        check.within("bend", self.bend, 0.0, 5.0)?;
+        check.within("slew_per_s", self.slew_per_s.unwrap_or(1.0), 1e-2, 1e6)
     }
 
     pub(super) fn is_ideal(&self) -> bool {
         self.dead_band_v == 0.0 && self.current_limit_a.is_none() && self.bend == 0.0
+    }
+
+    /// The duty on a motor after a step of h, on the way to what is commanded.
+    pub(super) fn slewed(&self, duty: f64, commanded: f64, h_s: f64) -> f64 {
+        let Some(slew_per_s) = self.slew_per_s else { return commanded };
+        let most = slew_per_s * h_s;
+        duty + (commanded - duty).clamp(-most, most)
     }
 
     /// The share of the supply that a duty really gives, where the supply is at `bus_v` and the motor turns.

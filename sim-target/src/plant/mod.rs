@@ -100,7 +100,10 @@ use wheel::DrivenWheel;
 pub struct Plant {
     parameters: PlantParameters,
     t_us: u64,
+    /// Commanded, and late by the driver's delay.
     duty: WheelPair<f64>,
+    /// What a driver with a slew limit has made of it.
+    slewed_duty: WheelPair<f64>,
     /// Duties that were set and have no effect yet.
     late_duty: VecDeque<WheelPair<f64>>,
     enabled: bool,
@@ -144,6 +147,7 @@ impl Plant {
         Plant {
             t_us: 0,
             duty: WheelPair::both(0.0),
+            slewed_duty: WheelPair::both(0.0),
             late_duty: VecDeque::new(),
             enabled: false,
             first_driven_us: None,

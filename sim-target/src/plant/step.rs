@@ -14,6 +14,10 @@ impl Plant {
     /// Advances everything but the encoders by h.
     #[inline]
     pub(super) fn step(&mut self, h_s: f64) {
+        let commanded = if self.enabled { self.duty } else { WheelPair::both(0.0) };
+        let bridge = &self.parameters.bridge;
+        self.slewed_duty =
+            self.slewed_duty.zip(commanded).map(|(duty, to)| bridge.slewed(duty, to, h_s));
         if let Some(motors) = &mut self.defective_motors {
             motors.left.prepare(&mut self.wheel.left, h_s);
             motors.right.prepare(&mut self.wheel.right, h_s);
@@ -57,7 +61,7 @@ impl Plant {
         };
         let (wheel, faults) = (&self.wheel, &self.faults.wheel);
         let exchanged = self.faults.motors_exchanged;
-        let duty = if exchanged { self.duty.swapped() } else { self.duty };
+        let duty = if exchanged { self.slewed_duty.swapped() } else { self.slewed_duty };
         let left = terminals(&wheel.left, &faults.left, duty.left);
         let right = terminals(&wheel.right, &faults.right, duty.right);
         let load_left = wheel.left.motor.bus_load(left, wheel.left.spin_rad_s);

@@ -22,6 +22,11 @@ impl MotorEffect for DeadBand {
         let volts = moment.volts.0;
         acting.volts -= volts.clamp(-p[0], p[0]);
     }
+
+    /// 0.03 to 0.046 mm in eight of 82 simulated robots with another effect.
+    fn imitated_m(&self) -> f64 {
+        5e-5
+    }
 }
 
 static FACTS: MotorFacts = MotorFacts {

@@ -23,6 +23,12 @@ pub trait MotorEffect: Send + Sync + core::fmt::Debug {
         None
     }
 
+    /// How much of it a caster on soft tyres imitates in a robot that does not have it, root mean square of travel; it has to
+    /// explain more \[m\].
+    fn imitated_m(&self) -> f64 {
+        0.0
+    }
+
     /// Where a search begins, with amplitudes zero: shapes to try.
     fn starts(&self, _excitation: &Excitation) -> Vec<Vec<f64>> {
         vec![vec![0.0; self.facts().parameters.len()]]

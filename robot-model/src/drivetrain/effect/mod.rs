@@ -39,6 +39,7 @@ catalogue! {
     transport_delay::TransportDelay,
     backlash::Backlash,
     heating::Heating,
+    bridge_curve::BridgeCurve,
 }
 
 /// The effect of this id.

@@ -84,6 +84,10 @@ fn the_signs_are_those_of_the_facts() {
     // What is swallowed never turns a voltage round.
     assert_eq!(act("dead_band", &[0.2], 0.1, 3.0)[0].volts, 2.8);
     assert_eq!(act("dead_band", &[0.2], 0.1, -0.1)[0].volts, 0.0);
+    // Of small voltages a larger share is missing.
+    let missing = |volts: f64| volts - act("bridge_curve", &[0.2, 3.0], 0.1, volts)[0].volts;
+    assert!(missing(3.0) > 0.2 && missing(0.3) / 0.3 > 1.5 * missing(3.0) / 3.0);
+    assert_eq!(missing(-3.0), -missing(3.0));
     assert!(act("quadratic_drag", &[1.0], -0.5, -3.0)[0].volts > -3.0);
     assert!(act("supply_sag", &[1e-3], 0.01, 3.0)[0].volts < 3.0);
     for warm in [[1e-3, 0.0, 30.0], [0.0, 0.1, 30.0]] {

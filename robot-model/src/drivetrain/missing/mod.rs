@@ -16,6 +16,7 @@
 //! | `selection.rs` | which does the model lack? |
 //! | `classes.rs` | which can these experiments not tell apart? |
 //! | `unexplained.rs` | does anything remain that no effect explains? |
+//! | `voltage_changes.rs` | does the voltage lag where it changes? |
 //! | `next_experiment.rs` | which experiment would tell more? |
 //! | `answer.rs` | all of it |
 //! | `chosen.rs` | does the model predict better with effects that a user has chosen? |
@@ -36,6 +37,7 @@ mod strength;
 #[cfg(test)]
 mod tests;
 mod unexplained;
+mod voltage_changes;
 
 pub use answer::{
     BaselineErrors, EXPERIMENTS_MIN, Estimate, LeftOfTravel, MissingError, MotorAnswer,

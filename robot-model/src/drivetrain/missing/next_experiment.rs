@@ -95,6 +95,7 @@ fn to_show(unexplained: &MotorUnexplained) -> Option<NextExperiment> {
     let kind = match unexplained.depends_on.first()? {
         MotorRegressor::Speed | MotorRegressor::Direction => ExperimentKind::Steps,
         MotorRegressor::Voltage => ExperimentKind::RollOut,
+        MotorRegressor::VoltageChange => ExperimentKind::Reversals,
         MotorRegressor::Load => ExperimentKind::OneWheel,
         MotorRegressor::Angle | MotorRegressor::Counts => ExperimentKind::Creep,
         MotorRegressor::Time => ExperimentKind::FirstAgain,

@@ -52,6 +52,8 @@ pub(super) struct Gain {
     /// By which share it lowers the error of one mode.
     pub less: f64,
     bar: Bar,
+    /// What a caster alone would explain \[m\].
+    imitated_m: f64,
 }
 
 impl Gain {
@@ -60,7 +62,7 @@ impl Gain {
     }
 
     fn is_large(&self, problem: &Problem<'_>, bar: Bar) -> bool {
-        let size_m = SIZE_M.max(SIZE_SHARE * problem.robot.resolution_m());
+        let size_m = SIZE_M.max(self.imitated_m).max(SIZE_SHARE * problem.robot.resolution_m());
         self.size_m > size_m && self.less > bar.less
     }
 }
@@ -75,6 +77,7 @@ pub(super) fn gain(problem: &Problem<'_>, before: &[Modes], after: &[Modes]) -> 
         size_m: (0.5 * explained.sum()).sqrt(),
         less: less.common.max(less.differential),
         bar: BY_SIGNS,
+        imitated_m: 0.0,
     }
 }
 
@@ -86,8 +89,9 @@ pub(super) fn gain_by(
     after: &Judged,
     index: usize,
 ) -> Gain {
-    let by_signs = gain(problem, &before.costs, &after.costs);
     let effect = &*after.fitted.model.effects[index];
+    let by_signs = gain(problem, &before.costs, &after.costs);
+    let by_signs = Gain { imitated_m: effect.imitated_m(), ..by_signs };
     let bar = if strength::is_of_one_sign(effect) { BY_ONE_SIGN } else { BY_STRENGTH };
     if by_signs.matters(problem) || !by_signs.is_large(problem, bar) {
         return by_signs;

@@ -12,6 +12,7 @@ use super::least_squares::{Model, Problem};
 use super::modes::Modes;
 use super::screening::{added_columns, linear_cross_validation};
 use super::selection::{Gain, Judged, SIZE_SHARE, Selected, gain};
+use super::voltage_changes;
 use crate::drivetrain::effect::{
     Acting, KnownMotorEffect, Moment, MotorEffect, MotorFacts, MotorParameter,
 };
@@ -25,6 +26,8 @@ pub enum MotorRegressor {
     Direction,
     /// The voltage that is applied.
     Voltage,
+    /// How the voltage changes: it lags.
+    VoltageChange,
     /// What the motor works against: voltage less back-EMF.
     Load,
     /// The wheel's angle: what holds or brakes it there.
@@ -50,7 +53,7 @@ pub struct MotorUnexplained {
     pub floor_m: f64,
 }
 
-/// Seven groups are tried.
+/// Eight groups are tried.
 const P_MAX: f64 = 0.002;
 /// A group that explains less than this, root mean square, is not worth a word \[m\].
 const UNEXPLAINED_M: f64 = 6e-5;
@@ -58,6 +61,8 @@ const UNEXPLAINED_M: f64 = 6e-5;
 const LESS: f64 = 0.05;
 /// The strengths of its functions that are usual \[V\].
 const USUAL_V: f64 = 0.1;
+/// Usual shares of a voltage that lag.
+const USUAL_LAG: f64 = 0.5;
 /// Columns are differences over this \[V\].
 const STEP_V: f64 = 0.03;
 
@@ -74,6 +79,8 @@ enum Function {
     Voltage(f64),
     /// sgn v |V - kV v| to this power.
     Load(i32),
+    /// sgn(V - kV v) max(0, |V - kV v| - this share of the highest voltage): what a limited current lacks.
+    LoadBeyond(f64),
     /// A wave of the wheel's angle: waves per turn, sine or cosine, which side.
     Wave(f64, bool, f64),
     /// The same, of its friction.
@@ -102,6 +109,10 @@ impl MotorEffect for Function {
             Self::Load(power) => {
                 let load = (volts - acting.motor.kv_v_s_per_m * v).abs() / scale;
                 way * load.powi(power)
+            }
+            Self::LoadBeyond(share) => {
+                let load = (volts - acting.motor.kv_v_s_per_m * v) / scale;
+                load.signum() * (load.abs() - share).max(0.0)
             }
             Self::Wave(waves, sine, side) if side == moment.side => {
                 let (sin, cos) = (TAU * waves * moment.turns).sin_cos();
@@ -159,7 +170,8 @@ const VOLTAGE: &[Function] = &[
     Function::Voltage(0.8),
     Function::Voltage(1.0),
 ];
-const LOAD: &[Function] = &[Function::Load(1), Function::Load(2)];
+const LOAD: &[Function] =
+    &[Function::Load(1), Function::Load(2), Function::LoadBeyond(0.15), Function::LoadBeyond(0.35)];
 const TIME: &[Function] =
     &[Function::Time(1, false), Function::Time(2, false), Function::Time(1, true)];
 
@@ -233,7 +245,7 @@ fn group(
         MotorRegressor::Load => with(LOAD, volts_max),
         MotorRegressor::Angle => with(ANGLE.as_flattened(), 1.0),
         MotorRegressor::Time => with(TIME, time_s),
-        MotorRegressor::Counts => Vec::new(),
+        MotorRegressor::Counts | MotorRegressor::VoltageChange => Vec::new(),
     }
 }
 
@@ -243,10 +255,11 @@ pub(super) fn unexplained(
     selected: &Selected,
     last: &Judged,
 ) -> MotorUnexplained {
-    const ALL: [MotorRegressor; 7] = [
+    const ALL: [MotorRegressor; 8] = [
         MotorRegressor::Speed,
         MotorRegressor::Direction,
         MotorRegressor::Voltage,
+        MotorRegressor::VoltageChange,
         MotorRegressor::Load,
         MotorRegressor::Angle,
         MotorRegressor::Time,
@@ -261,6 +274,13 @@ pub(super) fn unexplained(
             if by == MotorRegressor::Counts {
                 let (added, len) = counts_columns(problem);
                 let usual = vec![USUAL_COUNTS_M; len];
+                let (_, costs) = linear_cross_validation(problem, &last.fitted, &added, &usual)?;
+                let gain = gain(problem, &last.costs, &costs);
+                return Some((by, costs, gain));
+            }
+            if by == MotorRegressor::VoltageChange {
+                let added = voltage_changes::columns(problem, &last.fitted, volts_max);
+                let usual = vec![USUAL_LAG; voltage_changes::FUNCTIONS];
                 let (_, costs) = linear_cross_validation(problem, &last.fitted, &added, &usual)?;
                 let gain = gain(problem, &last.costs, &costs);
                 return Some((by, costs, gain));

@@ -128,6 +128,15 @@ fn a_unit_with_a_fraction_of_a_power_is_read_as_it_is_written() {
         let again = custom.build().map(|effect| effect.facts().parameters[0].unit.to_string());
         assert_eq!(again, Ok(unit), "{equation}");
     }
+    // An exponent of many digits.
+    let mut custom = Custom::from_equation("dtheta = k * tanh(w^7 * v)").unwrap();
+    let unit = custom.build().unwrap().facts().parameters[1].unit.to_string();
+    assert_eq!(unit, "s^0.142857143/m^0.142857143");
+    custom.units.insert("w".into(), unit.clone());
+    assert_eq!(custom.build().unwrap().facts().parameters[1].unit, unit);
+    // Nothing that could not be written down.
+    let error = Custom::from_equation("dtheta/dt = k * t^-65536").unwrap().build().unwrap_err();
+    assert_eq!(error.problem, ExpressionProblem::NotAUnit("s^65535".into()));
     for power in ["nan", "inf", "1e3", "1000", "", "1.2.3"] {
         assert!(Unit::parse(&format!("m^{power}")).is_err(), "{power}");
     }

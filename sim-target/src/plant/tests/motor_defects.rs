@@ -5,7 +5,7 @@ use core::f64::consts::TAU;
 use shared_proto::{Wheel, WheelPair};
 
 use super::rig::{drive, frictionless, robot};
-use crate::plant::{MotorDefectParameters, PlantFault, PlantParameters};
+use crate::plant::{MotorDefectParameters, Plant, PlantFault, PlantParameters};
 
 fn both(defects: MotorDefectParameters) -> PlantParameters {
     PlantParameters { motor_defects: WheelPair::both(defects), ..PlantParameters::default() }
@@ -85,6 +85,28 @@ fn a_dead_band_takes_its_voltage_and_a_current_limit_its_torque() {
     drive(&mut plant, 1.0, -1.0, 200_000);
     assert!((plant.currents_a().left - 0.5).abs() < 0.02, "{:?}", plant.currents_a());
     assert!((plant.currents_a().right + 0.5).abs() < 0.02, "{:?}", plant.currents_a());
+}
+
+#[test]
+fn a_driver_with_a_slew_limit_reaches_its_duty_late_and_begins_anew_when_switched_off() {
+    let mut slow = PlantParameters::default();
+    slow.bridge.slew_per_s = Some(5.0);
+    let mut plant = robot(slow);
+    for wheel in [Wheel::Left, Wheel::Right] {
+        plant.inject(PlantFault::WheelJammed(wheel));
+    }
+    // 40 ms of 100 ms, then all of it.
+    let current_a = |plant: &mut Plant, t_us: u64| {
+        drive(plant, 0.5, -0.5, t_us);
+        plant.currents_a().left / plant.bus_v()
+    };
+    let (begun, whole) = (current_a(&mut plant, 40_000), current_a(&mut plant, 200_000));
+    assert!((begun / whole - 0.4).abs() < 0.01, "{begun} {whole}");
+    plant.set_enabled(false);
+    drive(&mut plant, 0.5, -0.5, 100_000);
+    plant.set_enabled(true);
+    let again = current_a(&mut plant, 40_000);
+    assert!((again / begun - 1.0).abs() < 0.01, "{again} {begun}");
 }
 
 #[test]

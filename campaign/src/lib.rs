@@ -74,6 +74,7 @@ pub mod simulated;
 pub mod table;
 pub mod to_experiments;
 pub mod to_recording;
+mod toml_text;
 pub mod track;
 pub mod words;
 pub mod write;

@@ -11,6 +11,7 @@ use crate::bounded_read;
 use crate::error::{CampaignError, Place};
 use crate::range;
 use crate::simulated::Simulated;
+use crate::toml_text::parse_toml;
 
 /// The robot of a campaign, as in `robot.toml`. That of `default` has zeros for a geometry, which no reader accepts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -131,14 +132,7 @@ impl RobotFile {
 
     /// Reads and checks the text of a `robot.toml`; errors call it `file`.
     pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
-        let robot: Self = toml::from_str(text).map_err(|error| {
-            let place = error
-                .span()
-                .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
-            let problem = error.message().trim().replace('\n', "; ");
-            let hint = hint_for(&problem);
-            CampaignError::new(place, problem, hint)
-        })?;
+        let robot: Self = parse_toml(file, text, hint_for)?;
         robot.check(file, text)?;
         Ok(robot)
     }

@@ -10,6 +10,7 @@ use robot_model::expression::ExpressionError;
 use super::unchecked::{RawCustom, RawEffect, RawModel};
 use super::{EffectEntry, FitEntry, ModelFile, validate};
 use crate::equation_words::{About, Declaration, values};
+use crate::toml_text::parse_toml;
 use crate::{CampaignError, Place, bounded_read};
 
 impl ModelFile {
@@ -27,17 +28,8 @@ impl ModelFile {
 
     /// Reads a model from its text; errors call it `file`.
     pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
-        let raw: RawModel = toml::from_str(text).map_err(|error| {
-            let place = error
-                .span()
-                .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
-            let problem = error.message().trim().replace('\n', "; ");
-            CampaignError::new(
-                place,
-                problem,
-                "`beeline model fit` writes such a file: compare with one",
-            )
-        })?;
+        let raw: RawModel =
+            parse_toml(file, text, |_| "`beeline model fit` writes such a file: compare with one")?;
         let mut model = Self::default();
         for custom in &raw.custom {
             model.customs.push(Arc::new(custom_effect(custom, &model, file, text)?));

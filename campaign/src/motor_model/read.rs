@@ -10,6 +10,7 @@ use toml::Spanned;
 
 use super::{FittedValue, MotorModelEntry, MotorModelFile};
 use crate::equation_words::{About, Declaration, values};
+use crate::toml_text::parse_toml;
 use crate::{CampaignError, Place, bounded_read};
 
 #[derive(Deserialize)]
@@ -53,14 +54,11 @@ impl MotorModelFile {
 
     /// Reads a model from its text; errors call it `file`.
     pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
-        let raw: RawFile = toml::from_str(text).map_err(|error| {
-            let place = error
-                .span()
-                .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
-            let problem = error.message().trim().replace('\n', "; ");
-            let hint = "mend that line, or delete the file and begin again with `beeline model add --drivetrain`";
-            CampaignError::new(place, problem, hint)
-        })?;
+        let raw: RawFile = parse_toml(
+            file,
+            text,
+            |_| "mend that line, or delete the file and begin again with `beeline model add --drivetrain`",
+        )?;
         let mut model = Self::default();
         for custom in &raw.custom {
             let effect = own(custom, file, text)?;

@@ -24,6 +24,7 @@ use toml::Spanned;
 
 use super::piece::{self, RawPiece, degrees};
 use super::{CampaignPlan, DURATION_S_MAX, PlannedRun};
+use crate::toml_text::parse_toml;
 use crate::{CampaignError, Place, range};
 
 #[derive(Deserialize)]
@@ -66,13 +67,11 @@ impl CampaignPlan {
 
     /// Reads a plan; `file` is what errors call it.
     pub fn parse(file: &Path, text: &str) -> Result<Self, CampaignError> {
-        let raw: RawPlan = toml::from_str(text).map_err(|error| {
-            let place = error
-                .span()
-                .map_or_else(|| Place::whole(file), |span| Place::of_byte(file, text, span.start));
-            let hint = "`beeline campaign plan -o plan.toml` writes one to start from";
-            CampaignError::new(place, error.message().trim().replace('\n', "; "), hint)
-        })?;
+        let raw: RawPlan = parse_toml(
+            file,
+            text,
+            |_| "`beeline campaign plan -o plan.toml` writes one to start from",
+        )?;
         let fail = |byte: usize, problem: String, hint: &str| {
             CampaignError::new(Place::of_byte(file, text, byte), problem, hint)
         };

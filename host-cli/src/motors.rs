@@ -13,7 +13,7 @@ use crate::escape::shell_path;
 use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 
 pub use findings::words::motors::{
-    WORTH_A_WORD, kind_id, kind_in_words, regressor_id, regressor_in_words, verdict,
+    WORTH_A_WORD, kind_id, kind_in_words, regressor_id, unexplained_in_words, verdict,
 };
 
 /// So many of the effects that were tried are listed.
@@ -92,20 +92,11 @@ pub fn show_answer(answer: &MotorAnswer) {
         "Errors are of experiments predicted by the others; those of this table to first order. Named above is what is best when fitted in full.",
     ));
     say("");
-    let unexplained = &answer.unexplained;
-    if unexplained.structure {
-        let by: Vec<_> = unexplained.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
-        say(format_args!(
-            "{} {} that no effect here explains. It depends on {}; explained, it would leave an error of {}.",
-            paint(WARN, "unexplained:"),
-            millimetres(unexplained.size_m),
-            by.join(", "),
-            millimetres(unexplained.floor_m)
-        ));
-    } else {
-        say(
+    match unexplained_in_words(&answer.unexplained) {
+        Some(words) => say(format_args!("{} {words}", paint(WARN, "unexplained:"))),
+        None => say(
             "Flexible functions of speed, voltage, load, angle and time do not predict these experiments better.",
-        );
+        ),
     }
     if let Some(next) = &answer.next {
         let why = match next.separates.as_slice() {

@@ -7,7 +7,7 @@ use robot_model::drivetrain::{BaselineErrors, MotorAnswer};
 
 use super::{begin, experiments, section, table};
 use crate::escape::html as escape;
-use crate::motors::{chance_alone, estimate, ids, millimetres, regressor_in_words, verdict};
+use crate::motors::{chance_alone, estimate, ids, millimetres, unexplained_in_words, verdict};
 
 /// So many of the effects that were tried are listed.
 const LISTED: usize = 16;
@@ -78,15 +78,8 @@ fn effects(html: &mut String, answer: &MotorAnswer) {
         }
         let _ = writeln!(html, "<p>What to do: {}.</p></div>", escape(facts.remedy));
     }
-    let unexplained = &answer.unexplained;
-    if unexplained.structure {
-        let by: Vec<_> = unexplained.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
-        let _ = writeln!(
-            html,
-            "<p class=\"class\">Unexplained: {} that no effect here explains. It depends on {}.</p>",
-            millimetres(unexplained.size_m),
-            escape(&by.join(", "))
-        );
+    if let Some(words) = unexplained_in_words(&answer.unexplained) {
+        let _ = writeln!(html, "<p class=\"class\">Unexplained: {}</p>", escape(&words));
     }
 }
 

@@ -41,8 +41,12 @@ pub enum MotorRegressor {
 /// What remains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorUnexplained {
-    /// What flexible functions could still explain is beyond chance, and worth speaking of.
+    /// What flexible functions could still explain is beyond chance, and worth speaking of; or the effects that were found cancel
+    /// each other.
     pub structure: bool,
+    /// Without one of the effects that were found, the others predict worse than none of them: they cancel each other, and
+    /// imitate something together.
+    pub cancels: bool,
     /// What it depends on, most first.
     pub depends_on: Vec<MotorRegressor>,
     /// How often chance gives the best group as much.
@@ -309,6 +313,7 @@ pub(super) fn unexplained(
     let best = found.first();
     MotorUnexplained {
         structure: !depends_on.is_empty(),
+        cancels: false,
         depends_on,
         p_value: best.map_or(1.0, |(.., gain)| gain.p_value),
         size_m: best.map_or(0.0, |(.., gain)| gain.size_m),

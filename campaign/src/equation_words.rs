@@ -143,6 +143,7 @@ fn problem(problem: &ExpressionProblem) -> String {
         P::Unbounded(UnboundedWhen::WithoutVoltage) => {
             "it grows without bound when the voltage goes to zero".to_owned()
         }
+        P::ExponentTooLarge(power) => format!("the exponent {power} is too large"),
         P::NotAUnit(text) => format!("`{text}` is not a unit"),
         P::NotAnSiBaseUnit(unit) => format!("`{unit}` is not an SI base unit"),
         P::WrongUnit { required, factor } => {
@@ -250,6 +251,7 @@ fn hint(problem: &ExpressionProblem, about: About) -> String {
         P::Unbounded(UnboundedWhen::WithoutVoltage) => {
             "do not divide by something that can be zero: write k / max(abs(volts), 0.1[V]), for example"
         }
+        P::ExponentTooLarge(_) => "at most 100 either way",
         P::NotAUnit(_) | P::NotAnSiBaseUnit(_) => {
             "for example 1, m, s/m, m/s^2, rad/m, s^2/m^2, 1/kg, V s/m"
         }

@@ -92,7 +92,7 @@ pub fn show_answer(answer: &MotorAnswer) {
         "Errors are of experiments predicted by the others; those of this table to first order. Named above is what is best when fitted in full.",
     ));
     say("");
-    match unexplained_in_words(&answer.unexplained) {
+    match unexplained_in_words(answer) {
         Some(words) => say(format_args!("{} {words}", paint(WARN, "unexplained:"))),
         None => say(
             "Flexible functions of speed, voltage, load, angle and time do not predict these experiments better.",

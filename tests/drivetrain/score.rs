@@ -102,10 +102,9 @@ fn answers(step: &MotorStep) -> Vec<&str> {
 }
 
 fn flag(unexplained: &MotorUnexplained) -> String {
-    let MotorUnexplained { structure, cancels, depends_on, p_value, size_m, floor_m } = unexplained;
+    let MotorUnexplained { structure, depends_on, p_value, size_m, floor_m } = unexplained;
     if *structure {
-        let cancels = if *cancels { "cancels " } else { "" };
-        format!("flag {cancels}{depends_on:?} {:.3}", size_m * 1e3)
+        format!("flag {depends_on:?} {:.3}", size_m * 1e3)
     } else {
         format!("no flag, p {p_value:.3}, to {:.3}", floor_m * 1e3)
     }

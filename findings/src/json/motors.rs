@@ -69,7 +69,6 @@ pub fn motor_answer(answer: &MotorAnswer, verdict: &str) -> Value {
         "unexplained": {
             "structure": unexplained.structure,
             "depends_on": depends_on,
-            "cancels": unexplained.cancels,
             "p_value": unexplained.p_value,
             "size_m": unexplained.size_m,
             "floor_m": unexplained.floor_m,

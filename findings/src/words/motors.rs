@@ -1,6 +1,6 @@
 //! The answer in a sentence, and the names of what it speaks of.
 
-use robot_model::drivetrain::{ExperimentKind, MotorAnswer, MotorRegressor, MotorUnexplained};
+use robot_model::drivetrain::{ExperimentKind, MotorAnswer, MotorRegressor};
 
 /// An error of so many times what counts hide is worth a word.
 pub const WORTH_A_WORD: f64 = 1.5;
@@ -32,36 +32,25 @@ pub fn verdict(answer: &MotorAnswer) -> String {
     } else {
         format!("{} from {baseline} to {after}", if falls { "falls" } else { "rises" })
     };
-    let rest = match &answer.unexplained {
-        unexplained if unexplained.cancels => {
-            " But they cancel each other: it is likely something else that they imitate."
-        }
-        unexplained if unexplained.structure => " Something else is unexplained.",
-        _ => "",
-    };
+    let rest = if answer.unexplained.structure { " Something else is unexplained." } else { "" };
     format!("{found} the cross-validated error {change}; counts hide {hidden}.{rest}")
 }
 
-/// What remains, in a sentence or two; None if nothing does.
-pub fn unexplained_in_words(unexplained: &MotorUnexplained) -> Option<String> {
+/// What remains, and to what the error would fall if it were explained; None if nothing does.
+pub fn unexplained_in_words(answer: &MotorAnswer) -> Option<String> {
     let millimetres = |length_m: f64| format!("{:.2} mm", length_m * 1e3);
+    let unexplained = &answer.unexplained;
+    let left = answer.steps.last().map_or(&answer.baseline, |step| &step.errors);
     let by: Vec<_> = unexplained.depends_on.iter().map(|by| regressor_in_words(*by)).collect();
-    let depends = (!by.is_empty()).then(|| {
+    unexplained.structure.then(|| {
         format!(
-            "{} that no effect here explains. It depends on {}; explained, it would leave an error of {}.",
+            "{} of travel, root mean square, that no effect here explains. It depends on {}; explained, the error would fall from {} to {}.",
             millimetres(unexplained.size_m),
-            by.join(", "),
+            by.join("; "),
+            millimetres(left.cross_validated_m),
             millimetres(unexplained.floor_m)
         )
-    });
-    let cancel = unexplained.cancels.then(|| {
-        "the effects above cancel each other: without one of them, the others predict worse than none. They imitate something that no effect here is."
-            .to_owned()
-    });
-    match (depends, cancel) {
-        (Some(depends), Some(cancel)) => Some(format!("{depends} And {cancel}")),
-        (depends, cancel) => depends.or(cancel),
-    }
+    })
 }
 
 /// What something depends on, for people.
@@ -117,32 +106,5 @@ pub fn kind_id(kind: ExperimentKind) -> &'static str {
         ExperimentKind::Reversals => "reversals",
         ExperimentKind::Spins => "spins",
         ExperimentKind::FirstAgain => "first_again",
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn remains(cancels: bool, depends_on: Vec<MotorRegressor>) -> Option<String> {
-        let structure = cancels || !depends_on.is_empty();
-        let (p_value, size_m, floor_m) = (0.001, 2e-4, 3e-4);
-        let unexplained =
-            MotorUnexplained { structure, cancels, depends_on, p_value, size_m, floor_m };
-        unexplained_in_words(&unexplained)
-    }
-
-    #[test]
-    fn what_remains_says_what_it_depends_on_and_whether_effects_cancel() {
-        assert_eq!(remains(false, Vec::new()), None);
-        let depends = remains(false, vec![MotorRegressor::VoltageChange, MotorRegressor::Load]);
-        assert_eq!(
-            depends.unwrap(),
-            "0.20 mm that no effect here explains. It depends on changes of the voltage (it may lag), what the motors work against; explained, it would leave an error of 0.30 mm."
-        );
-        let cancel = remains(true, Vec::new()).unwrap();
-        assert!(cancel.starts_with("the effects above cancel each other"), "{cancel}");
-        let both = remains(true, vec![MotorRegressor::Angle]).unwrap();
-        assert!(both.contains("It depends on the wheel's angle") && both.ends_with(&cancel));
     }
 }

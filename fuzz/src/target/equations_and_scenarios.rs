@@ -79,6 +79,7 @@ pub fn motor_expression(input: &[u8]) {
                 side: 1.0,
                 speed_mps: (speed, -speed),
                 volts: (volts, 3.0),
+                full_v: 12.0,
                 turns: 7.7,
                 t_s: 12.0,
                 since_pause_s: f64::INFINITY,

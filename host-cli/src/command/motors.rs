@@ -95,7 +95,7 @@ pub(super) fn in_words(error: MissingError) -> Error {
             Error::new(format_args!(
                 "these experiments do not determine {effect}: with it, each is predicted by the others to {after}, without it to {before}"
             ))
-            .hint("give its parameters a narrower --range, or leave it out. Nothing was changed")
+            .hint("leave it out, or, if it is an equation of yours, give its parameters a narrower --range. Nothing was changed")
         }
     }
 }

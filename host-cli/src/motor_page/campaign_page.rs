@@ -78,7 +78,7 @@ fn effects(html: &mut String, answer: &MotorAnswer) {
         }
         let _ = writeln!(html, "<p>What to do: {}.</p></div>", escape(facts.remedy));
     }
-    if let Some(words) = unexplained_in_words(&answer.unexplained) {
+    if let Some(words) = unexplained_in_words(answer) {
         let _ = writeln!(html, "<p class=\"class\">Unexplained: {}</p>", escape(&words));
     }
 }

@@ -70,8 +70,18 @@ pub fn unsure(of: &Constants) -> Vec<String> {
 /// What a tuning in the air leaves undone.
 pub const WHEELS_UP: &str = "kA is that of the wheels alone. On its floor the robot is heavier: run `beeline tune` there before it drives.";
 
-/// Whether the wheels answer as if they carried no robot, or, in the air, as if they did.
+/// No two motors of a kind differ by more in kV.
+const KV_RATIO_MAX: f64 = 1.3;
+
+/// Whether one wheel's counts are likely of another length, or the wheels answer as if they carried no robot, or, in the air, as
+/// if they did.
 pub fn odd(of: &Constants, wheels_up: bool) -> Option<&'static str> {
+    let kv = of.value.wheels.map(|motor| motor.kv_v_s_per_m);
+    if kv.left.max(kv.right) > KV_RATIO_MAX * kv.left.min(kv.right) {
+        return Some(
+            "kV of one wheel is far from the other's: are counts_per_rev and gear_reduction right for both, and the motors of one kind?",
+        );
+    }
     let [.., straight, spin] = constants(of);
     let alike = straight.wheels.into_iter().zip(spin.wheels).all(
         |((straight, straight_off), (spin, spin_off))| {

@@ -219,7 +219,7 @@ fn common(
 }
 
 /// The value of a tree of plain numbers.
-fn constant(tree: &Tree) -> Option<f64> {
+pub(super) fn constant(tree: &Tree) -> Option<f64> {
     match &tree.node {
         Node::Number(value, _) => Some(*value),
         Node::Negative(inner) => constant(inner).map(|value| -value),

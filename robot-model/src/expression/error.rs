@@ -49,6 +49,8 @@ pub enum ExpressionProblem {
     DoesNotVanish,
     /// It grows without bound in this motion.
     Unbounded(UnboundedWhen),
+    /// An exponent that no quantity has.
+    ExponentTooLarge(f64),
     /// Not a unit.
     NotAUnit(String),
     /// A unit, but not made of metre, second, kilogram, volt and radian.

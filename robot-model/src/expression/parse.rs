@@ -12,9 +12,10 @@
 
 use core::ops::Range;
 
+use super::dimensions::constant;
 use super::error::{Expected, ExpressionError, ExpressionProblem};
 use super::tree::{Function, Names, Node, Operator, Tree, Variable};
-use super::unit::Unit;
+use super::unit::{EXPONENT_MAX, Unit};
 use crate::numeric::jet::PARAMETERS_MAX;
 
 /// Deepest nesting: nobody writes more, and a longer text could exhaust the stack.
@@ -121,6 +122,11 @@ impl<'t> Parser<'t> {
             match self.take("^") {
                 Some(_) => {
                     let exponent = self.power()?;
+                    let power = constant(&exponent).filter(|power| power.abs() > EXPONENT_MAX);
+                    if let Some(power) = power {
+                        let problem = ExpressionProblem::ExponentTooLarge(power);
+                        return Err(ExpressionError::in_expression(exponent.at, problem));
+                    }
                     binary(Operator::Power, base, exponent)
                 }
                 None => base,

@@ -62,7 +62,7 @@ impl Unit {
 }
 
 /// Largest exponent: no quantity has a larger one.
-const EXPONENT_MAX: f64 = 100.0;
+pub(super) const EXPONENT_MAX: f64 = 100.0;
 
 /// An exponent: whole, or the fraction that a root gives.
 fn exponent(text: &str) -> Option<f64> {

@@ -21,8 +21,8 @@ pub struct BridgeParameters {
     /// Motor current at which the driver chops; absent for one that does not \[A\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub current_limit_a: Option<f64>,
-    /// How much the mean voltage bends below the duty's straight line, as currents that decay fast make it: the voltage
-    /// is the supply times duty to the power of 1 + this.
+    /// How much the mean voltage bends below the duty's straight line, or above it: the voltage is the supply times duty to the
+    /// power of 1 + this.
     pub bend: f64,
     /// How fast the duty on the motors can change; absent for a driver that follows at once \[1/s\].
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -33,7 +33,7 @@ impl BridgeParameters {
     pub(super) fn check(&self, check: &RangeCheck) -> Result<(), ParameterError> {
         check.within("dead_band_v", self.dead_band_v, 0.0, 50.0)?;
         check.within("current_limit_a", self.current_limit_a.unwrap_or(1.0), 1e-3, 1e4)?;
-        check.within("bend", self.bend, 0.0, 5.0)?;
+        check.within("bend", self.bend, -0.5, 5.0)?;
         check.within("slew_per_s", self.slew_per_s.unwrap_or(1.0), 1e-2, 1e6)
     }
 

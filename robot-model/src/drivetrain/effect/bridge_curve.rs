@@ -1,11 +1,12 @@
 //! The mean voltage of a motor driver is not straight in its duty.
 //!
 //! ```text
-//! V -> V (1 - b / (1 + |V| / V_b))
+//! V -> V (1 - b (1 - |V| / V_full) / (1 + |V| / V_b))      V_full: the highest voltage of the campaign
 //! ```
 //!
-//! b \[1\] > 0: small voltages give less, as where the current stops before the next pulse; < 0: more. V_b \[V\]: far beyond it
-//! the line is straight. A line that is straight with another slope cannot be told from kV at one supply.
+//! b \[1\] > 0: this share of small voltages is missing, as where the current stops before the next pulse; < 0: there is more.
+//! Nothing is missing at the highest voltage: a line that is straight with another slope cannot be told from kV. V_b \[V\]: where
+//! half of the bend is over, if it is much less than V_full.
 
 use super::definition::{Acting, Excitation, Moment, MotorEffect, MotorFacts, MotorParameter};
 
@@ -19,8 +20,9 @@ impl MotorEffect for BridgeCurve {
     }
 
     fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {
-        let volts = moment.volts.0;
-        acting.volts -= p[0] * volts / (1.0 + volts.abs() / p[1]);
+        let (volts, size_v) = (moment.volts.0, moment.volts.0.abs());
+        let share = (1.0 - size_v / moment.full_v).max(0.0) / (1.0 + size_v / p[1]);
+        acting.volts -= p[0] * share * volts;
     }
 
     fn starts(&self, _excitation: &Excitation) -> Vec<Vec<f64>> {
@@ -31,13 +33,13 @@ impl MotorEffect for BridgeCurve {
 static FACTS: MotorFacts = MotorFacts {
     id: "bridge_curve",
     name: "the motor driver's voltage is not straight in the duty",
-    equation: "V (1 - b / (1 + |V| / V_b))",
+    equation: "V (1 - b (1 - |V| / V_full) / (1 + |V| / V_b)), V_full: the highest voltage recorded",
     // Below 1 more duty always gives more voltage.
     parameters: &[
         MotorParameter::amplitude("b", "1", 0.05, 0.95),
         MotorParameter::shape("V_b", "V", 0.2, 60.0),
     ],
-    sign: "small voltages give less",
+    sign: "a share of small voltages is missing",
     shown_by: "steps to eight different voltages",
-    remedy: "a driver with slow decay, or divide by 1 - b / (1 + |V| / V_b)",
+    remedy: "a motor driver that brakes between its pulses (slow decay), or a table of the duty by the voltage that it gives",
 };

@@ -44,6 +44,8 @@ pub struct Moment {
     pub speed_mps: (f64, f64),
     /// Voltages that were applied: to this wheel's motor, and to the other \[V\].
     pub volts: (f64, f64),
+    /// The highest voltage of the campaign \[V\].
+    pub full_v: f64,
     /// Turns of this wheel since its counter was zero.
     pub turns: f64,
     /// Time since the campaign began \[s\].
@@ -172,7 +174,7 @@ pub struct MotorFacts<'a> {
 /// Both wheels' moments from what is the same for both.
 pub(crate) fn moments(
     speed_mps: WheelPair<f64>,
-    volts: WheelPair<f64>,
+    (volts, full_v): (WheelPair<f64>, f64),
     turns: WheelPair<f64>,
     (t_s, since_pause_s, heading_rad): (f64, f64, f64),
 ) -> WheelPair<Moment> {
@@ -181,6 +183,7 @@ pub(crate) fn moments(
             side: 1.0,
             speed_mps: (speed_mps.left, speed_mps.right),
             volts: (volts.left, volts.right),
+            full_v,
             turns: turns.left,
             t_s,
             since_pause_s,
@@ -190,6 +193,7 @@ pub(crate) fn moments(
             side: -1.0,
             speed_mps: (speed_mps.right, speed_mps.left),
             volts: (volts.right, volts.left),
+            full_v,
             turns: turns.right,
             t_s,
             since_pause_s,

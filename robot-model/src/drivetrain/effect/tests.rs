@@ -27,7 +27,7 @@ fn every_effect_is_the_identity_at_zero() {
                 let turns = WheelPair::new(0.3, 7.7);
                 let moments = moments(
                     WheelPair::both(speed),
-                    WheelPair::both(volts),
+                    (WheelPair::both(volts), 12.0),
                     turns,
                     (77.0, 8.0, 0.4),
                 );
@@ -62,7 +62,7 @@ fn the_signs_are_those_of_the_facts() {
     let act = |id: &str, p: &[f64], speed: f64, volts: f64| {
         let pair = WheelPair::both(speed);
         let moments =
-            moments(pair, WheelPair::both(volts), WheelPair::both(0.0), (100.0, 10.0, 0.0));
+            moments(pair, (WheelPair::both(volts), 12.0), WheelPair::both(0.0), (100.0, 10.0, 0.0));
         [moments.left, moments.right].map(|moment| {
             let mut changed = Acting { volts, ..acting() };
             find(id).unwrap().act(p, &moment, &mut changed);
@@ -87,6 +87,7 @@ fn the_signs_are_those_of_the_facts() {
     // Of small voltages a larger share is missing.
     let missing = |volts: f64| volts - act("bridge_curve", &[0.2, 3.0], 0.1, volts)[0].volts;
     assert!(missing(3.0) > 0.2 && missing(0.3) / 0.3 > 1.5 * missing(3.0) / 3.0);
+    assert!((missing(1e-3) / 1e-3 - 0.2).abs() < 1e-3 && missing(12.0) == 0.0);
     assert_eq!(missing(-3.0), -missing(3.0));
     assert!(act("quadratic_drag", &[1.0], -0.5, -3.0)[0].volts > -3.0);
     assert!(act("supply_sag", &[1e-3], 0.01, 3.0)[0].volts < 3.0);

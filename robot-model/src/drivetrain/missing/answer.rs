@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::classes::{Rival, rivals};
-use super::experiment::{Experiment, KnownRobot, pause_end_s};
+use super::experiment::{Experiment, KnownRobot, full_v, pause_end_s};
 use super::least_squares::{Fitted, Model, Problem};
 use super::modes::Modes;
 use super::next_experiment::{NextExperiment, next_experiment};
@@ -142,10 +142,6 @@ pub enum MissingError {
     },
 }
 
-/// Effects cancel each other if, without one of them, the others are off by so many times what the baseline is. Effects that a
-/// motor has make the model better one by one: of 300 simulated robots of two seeds none came above 1.0.
-const CANCELS: f64 = 1.5;
-
 /// With fewer experiments nothing can be told from chance.
 pub const EXPERIMENTS_MIN: usize = 8;
 
@@ -168,7 +164,10 @@ pub fn missing_with(
     let problem = &selected.problem;
     let last = &selected.steps[selected.steps.len() - 1];
     let without: Vec<Judged> = (0..last.fitted.model.effects.len())
-        .map(|index| Judged::new(problem, problem.fit(last.fitted.model.without(index))))
+        .map(|index| {
+            let baseline = &selected.steps[0].fitted.model;
+            Judged::new(problem, problem.fit_without(&last.fitted.model, index, baseline))
+        })
         .collect();
     let rivals: Vec<(&KnownMotorEffect, Vec<Rival>)> = without
         .iter()
@@ -178,9 +177,7 @@ pub fn missing_with(
             (own, rivals(problem, &selected, (last, without), index))
         })
         .collect();
-    let mut unexplained = unexplained(problem, &selected, last);
-    unexplained.cancels = cancel(problem, &selected.steps[0], &without);
-    unexplained.structure |= unexplained.cancels;
+    let unexplained = unexplained(problem, &selected, last);
     let next = next_experiment(problem, &last.fitted, &rivals, &unexplained);
     let half_widths = problem.half_widths_95(&last.fitted);
     let errors = |judged: &Judged| errors(problem, judged, experiments);
@@ -217,12 +214,6 @@ pub fn missing_with(
         experiments: problem.experiments.len(),
         resolution_m: robot.resolution_m(),
     })
-}
-
-/// Whether, without one of several effects, the others predict worse than none.
-fn cancel(problem: &Problem<'_>, baseline: &Judged, without: &[Judged]) -> bool {
-    let most_m = CANCELS * problem.rms_m(&baseline.costs);
-    without.len() > 1 && without.iter().any(|one| problem.rms_m(&one.costs) > most_m)
 }
 
 fn left_of_travel(problem: &Problem<'_>, first: &Judged, last: &Judged) -> Vec<LeftOfTravel> {
@@ -286,6 +277,7 @@ pub(super) fn fitted_baseline<'a>(
     let problem = Problem {
         robot,
         pause_end_s: pause_end_s(&fitted),
+        full_v: full_v(&fitted),
         experiments: fitted,
         weights: Modes::EQUAL,
     };

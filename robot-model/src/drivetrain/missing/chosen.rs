@@ -90,6 +90,7 @@ pub fn fit_chosen(
 ) -> Result<ChosenModel, MissingError> {
     let (problem, baseline) = fitted_baseline(robot, experiments)?;
     let (mut problem, mut judged) = Judged::reweighted(&problem, baseline);
+    let first = judged.fitted.model.clone();
     let screen =
         Screen::new(&problem, &judged.fitted, (excitation(robot, &problem.experiments), effects));
     for effect in effects {
@@ -99,10 +100,13 @@ pub fn fit_chosen(
         // What these experiments do not show at all stays zero.
         let start = start.map_or_else(|| vec![0.0; effect.facts().parameters.len()], |it| it.p);
         let fitted = problem.fit_with(&judged.fitted, effect, &start);
-        let before_m = problem.rms_m(&judged.costs);
+        let before = judged.clone();
+        let before_m = problem.rms_m(&before.costs);
         (problem, judged) = Judged::reweighted(&problem, fitted);
         let index = judged.fitted.model.effects.len() - 1;
-        if is_told_already(&judged.fitted, index) {
+        // Of an effect that is large, what little the rest cannot do may be much.
+        let matters = gain_by(&problem, &before, &judged, index).matters(&problem);
+        if !matters && is_told_already(&judged.fitted, index) {
             return Err(MissingError::Inseparable { effect: id.to_owned() });
         }
         let after_m = problem.rms_m(&judged.costs);
@@ -114,7 +118,7 @@ pub fn fit_chosen(
     let half_widths = problem.half_widths_95(&judged.fitted);
     let model = &judged.fitted.model;
     let chosen = effects.iter().enumerate().map(|(index, effect)| {
-        let without = Judged::new(&problem, problem.fit(model.without(index)));
+        let without = Judged::new(&problem, problem.fit_without(model, index, &first));
         let gain = gain_by(&problem, &without, &judged, index);
         ChosenEffect {
             effect: effect.clone(),

@@ -84,3 +84,16 @@ pub(super) fn pause_end_s(experiments: &[&Experiment]) -> f64 {
         .filter(|(pause_s, _)| *pause_s >= PAUSE_S_MIN)
         .map_or(f64::INFINITY, |longest| longest.1)
 }
+
+/// The highest voltage of either motor, mean between two samples \[V\].
+pub(super) fn full_v(experiments: &[&Experiment]) -> f64 {
+    let mut most = 1e-3_f64;
+    for experiment in experiments {
+        for pair in experiment.recording.samples().windows(2) {
+            let dt_s = pair[1].t_s - pair[0].t_s;
+            let volts = pair[1].applied_vs.since(pair[0].applied_vs);
+            most = most.max(volts.left.abs().max(volts.right.abs()) / dt_s);
+        }
+    }
+    most
+}

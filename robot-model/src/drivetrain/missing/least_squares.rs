@@ -31,6 +31,8 @@ pub(super) struct Problem<'a> {
     pub weights: Modes,
     /// When the longest pause between two experiments ended, on the campaign's clock \[s\]; infinite without one.
     pub pause_end_s: f64,
+    /// The highest voltage of either motor \[V\].
+    pub full_v: f64,
 }
 
 /// A model with its parameters.
@@ -127,8 +129,7 @@ impl Model {
         at: &[f64],
         experiment: &Experiment,
     ) -> impl Iterator<Item = WheelPair<f64>> {
-        let (robot, pause_end_s) = (problem.robot, problem.pause_end_s);
-        let simulation = Simulation { robot, pause_end_s, effects: &self.effects, at };
+        let simulation = problem.simulation(&self.effects, at);
         let travel_m = simulation.travel_m(experiment);
         let samples = experiment.recording.samples();
         let start = samples[0].travel_m;
@@ -138,6 +139,16 @@ impl Model {
 }
 
 impl Problem<'_> {
+    /// Of this robot and campaign.
+    pub fn simulation<'b>(
+        &'b self,
+        effects: &'b [KnownMotorEffect],
+        at: &'b [f64],
+    ) -> Simulation<'b> {
+        let Self { robot, pause_end_s, full_v, .. } = *self;
+        Simulation { robot, pause_end_s, full_v, effects, at }
+    }
+
     /// How many residuals an experiment has.
     pub fn len(&self, index: usize) -> usize {
         2 * self.experiments[index].recording.samples().len()
@@ -239,6 +250,23 @@ impl Problem<'_> {
         let is_no_worse = |model: &Model| self.weighted(&self.costs(model, &model.at)) <= cost;
         let start = SMALLER.into_iter().map(model).find(is_no_worse);
         self.fit(start.unwrap_or_else(|| model(0.0)))
+    }
+
+    /// Without one of its effects. The others may have gone far to make room for it: so from the baseline as well, and the better end
+    /// counts.
+    pub fn fit_without(&self, model: &Model, index: usize, baseline: &Model) -> Fitted {
+        let kept = model.without(index);
+        let mut fresh = kept.clone();
+        fresh.at[..BASELINE].copy_from_slice(&baseline.at[..BASELINE]);
+        let roles: Vec<MotorRole> = kept.parameters().map(|parameter| parameter.role).collect();
+        for (value, role) in fresh.at[BASELINE..].iter_mut().zip(roles) {
+            if role == MotorRole::Amplitude {
+                *value = 0.0;
+            }
+        }
+        let (kept, fresh) = (self.fit(kept), self.fit(fresh));
+        let cost = |fitted: &Fitted| self.weighted(&fitted.costs);
+        if cost(&fresh) < cost(&kept) { fresh } else { kept }
     }
 
     /// Levenberg's search from the model's parameters.

@@ -3,8 +3,7 @@
 use super::classes::Rival;
 use super::experiment::Experiment;
 use super::least_squares::{Fitted, Problem};
-use super::simulate::Simulation;
-use super::unexplained::{MotorRegressor, MotorUnexplained, volts_max};
+use super::unexplained::{MotorRegressor, MotorUnexplained};
 use crate::drivetrain::effect::KnownMotorEffect;
 use crate::drivetrain::recording::{Sample, VoltageRecording};
 use crate::kinematics::WheelPair;
@@ -70,9 +69,7 @@ pub(super) fn next_experiment(
         let experiment = driven(kind, found, problem);
         let travel = |fitted: &Fitted| {
             let model = &fitted.model;
-            let effects = &model.effects;
-            let (robot, pause_end_s) = (problem.robot, problem.pause_end_s);
-            Simulation { robot, pause_end_s, effects, at: &model.at }.travel_m(&experiment)
+            problem.simulation(&model.effects, &model.at).travel_m(&experiment)
         };
         let (a, b) = (travel(found), travel(&of_own.fitted));
         let squares = a.iter().zip(&b).map(|(a, b)| {
@@ -105,7 +102,7 @@ fn to_show(unexplained: &MotorUnexplained) -> Option<NextExperiment> {
 
 /// The voltages of an experiment for these motors, recorded every 5 ms; no travel.
 fn driven(kind: ExperimentKind, found: &Fitted, problem: &Problem<'_>) -> Experiment {
-    let most_v = volts_max(problem);
+    let most_v = problem.full_v;
     let creep_v = (1.15 * found.model.at[0]).max(0.04 * most_v);
     // Left, right \[V\], for so long \[s\]; a ramp from zero if it says so.
     let steps: Vec<(f64, f64, f64, bool)> = match kind {

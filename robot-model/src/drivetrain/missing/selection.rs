@@ -51,6 +51,8 @@ pub(super) struct Gain {
     pub size_m: f64,
     /// By which share it lowers the error of one mode.
     pub less: f64,
+    /// Over both modes as well.
+    falls: bool,
     bar: Bar,
     /// What a caster alone would explain \[m\].
     imitated_m: f64,
@@ -63,7 +65,7 @@ impl Gain {
 
     fn is_large(&self, problem: &Problem<'_>, bar: Bar) -> bool {
         let size_m = SIZE_M.max(self.imitated_m).max(SIZE_SHARE * problem.robot.resolution_m());
-        self.size_m > size_m && self.less > bar.less
+        self.falls && self.size_m > size_m && self.less > bar.less
     }
 }
 
@@ -76,6 +78,7 @@ pub(super) fn gain(problem: &Problem<'_>, before: &[Modes], after: &[Modes]) -> 
         p_value: p_value(&gains(before, after, &problem.floors())),
         size_m: (0.5 * explained.sum()).sqrt(),
         less: less.common.max(less.differential),
+        falls: a.sum() < b.sum(),
         bar: BY_SIGNS,
         imitated_m: 0.0,
     }
@@ -212,7 +215,9 @@ fn without_needless(problem: &Problem<'_>, mut steps: Vec<Judged>) -> Vec<Judged
     let mut removed = false;
     let mut index = 0;
     while index < last.fitted.model.effects.len() {
-        let without = Judged::new(problem, problem.fit(last.fitted.model.without(index)));
+        let model = &last.fitted.model;
+        let without = problem.fit_without(model, index, &steps[0].fitted.model);
+        let without = Judged::new(problem, without);
         if gain_by(problem, &without, &last, index).matters(problem) {
             index += 1;
         } else {

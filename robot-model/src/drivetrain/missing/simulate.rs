@@ -29,6 +29,8 @@ pub(super) struct Simulation<'a> {
     pub robot: &'a KnownRobot,
     /// When the longest pause between two experiments ended; infinite without one \[s\].
     pub pause_end_s: f64,
+    /// The highest voltage of the campaign \[V\].
+    pub full_v: f64,
     pub effects: &'a [KnownMotorEffect],
     pub at: &'a [f64],
 }
@@ -91,7 +93,7 @@ impl Simulation<'_> {
                 let turned_m = wheels.travel_m.right - wheels.travel_m.left;
                 let heading_rad = experiment.heading_rad + turned_m / self.robot.track_width_m;
                 let clock = (time_s, self.since_pause_s(time_s), heading_rad);
-                let moment = moments(wheels.speed_mps, volts, turns, clock);
+                let moment = moments(wheels.speed_mps, (volts, self.full_v), turns, clock);
                 let acting = moment.zip(volts).zip(motors).map(|((moment, volts), motor)| {
                     let mut acting = Acting { volts, motor };
                     self.terms().for_each(|(effect, p)| effect.act(p, &moment, &mut acting));

@@ -129,6 +129,7 @@ mod tests {
             experiments: experiments.iter().collect(),
             weights: Modes::EQUAL,
             pause_end_s: f64::INFINITY,
+            full_v: 12.0,
         }
     }
 

@@ -90,6 +90,13 @@ impl Motors {
         if volts == 0.0 { 0.0 } else { volts * (volts.abs() / 12.0).powf(self.bend) }
     }
 
+    /// What the driver makes of the voltages that are wanted \[V\].
+    fn driver(&self, slewed: &mut [f64; 2], wanted: [f64; 2]) -> [f64; 2] {
+        let most = self.slew_v_per_s * 1e-4;
+        *slewed = [0, 1].map(|i| slewed[i] + (wanted[i] - slewed[i]).clamp(-most, most));
+        slewed.map(|volts| self.bent(volts))
+    }
+
     /// What the resistance is at a time, of what it was at first.
     fn warm(&self, t_s: f64) -> f64 {
         let cooled = if t_s < 68.0 { 0.0 } else { (-(t_s - 68.0) / 12.0).exp() };
@@ -109,8 +116,7 @@ impl Motors {
         let heading_rad =
             |travel: &[f64; 2]| (travel[1] - travel[0] - first_m) / ROBOT.track_width_m;
         let begins_rad = heading_rad(travel);
-        let (mut v, mut vs, mut n) = ([0.0_f64; 2], [0.0_f64; 2], 0_usize);
-        let mut slewed = [0.0_f64; 2];
+        let (mut v, mut vs, mut slewed, mut n) = ([0.0_f64; 2], [0.0_f64; 2], [0.0; 2], 0_usize);
         let mut queue = vec![[0.0; 2]; (self.late_s / H).round() as usize];
         for &(left, right, duration_s) in steps {
             for _ in 0..(duration_s / H).round() as usize {
@@ -125,10 +131,7 @@ impl Motors {
                 }
                 vs = [vs[0] + H * left, vs[1] + H * right];
                 queue.push([left, right]);
-                let wanted = queue.remove(0);
-                let most = self.slew_v_per_s * H;
-                slewed = [0, 1].map(|i| slewed[i] + (wanted[i] - slewed[i]).clamp(-most, most));
-                let acting = slewed.map(|volts| self.bent(volts));
+                let acting = self.driver(&mut slewed, queue.remove(0));
                 let warm = self.warm(started_s + n as f64 * H);
                 let drawn: f64 = (0..2).map(|i| acting[i] * (acting[i] - self.kv[i] * v[i])).sum();
                 // Both motors' push in terms of the robot's speed u and yaw rate, each times the track width b.

@@ -41,12 +41,8 @@ pub enum MotorRegressor {
 /// What remains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotorUnexplained {
-    /// What flexible functions could still explain is beyond chance, and worth speaking of; or the effects that were found cancel
-    /// each other.
+    /// What flexible functions could still explain is beyond chance, and worth speaking of.
     pub structure: bool,
-    /// Without one of the effects that were found, the others predict worse than none of them: they cancel each other, and
-    /// imitate something together.
-    pub cancels: bool,
     /// What it depends on, most first.
     pub depends_on: Vec<MotorRegressor>,
     /// How often chance gives the best group as much.
@@ -271,7 +267,6 @@ pub(super) fn unexplained(
     ];
     let ends = problem.experiments.iter().map(|experiment| experiment.started_s);
     let time_s = ends.fold(1.0, f64::max);
-    let volts_max = volts_max(problem);
     let mut found: Vec<(MotorRegressor, Vec<Modes>, Gain)> = ALL
         .into_iter()
         .filter_map(|by| {
@@ -283,13 +278,13 @@ pub(super) fn unexplained(
                 return Some((by, costs, gain));
             }
             if by == MotorRegressor::VoltageChange {
-                let added = voltage_changes::columns(problem, &last.fitted, volts_max);
+                let added = voltage_changes::columns(problem, &last.fitted);
                 let usual = vec![USUAL_LAG; voltage_changes::FUNCTIONS];
                 let (_, costs) = linear_cross_validation(problem, &last.fitted, &added, &usual)?;
                 let gain = gain(problem, &last.costs, &costs);
                 return Some((by, costs, gain));
             }
-            let functions = group(by, selected, volts_max, time_s);
+            let functions = group(by, selected, problem.full_v, time_s);
             let grown: Vec<(Model, f64)> = functions
                 .iter()
                 .map(|(function, scale)| {
@@ -313,25 +308,11 @@ pub(super) fn unexplained(
     let best = found.first();
     MotorUnexplained {
         structure: !depends_on.is_empty(),
-        cancels: false,
         depends_on,
         p_value: best.map_or(1.0, |(.., gain)| gain.p_value),
         size_m: best.map_or(0.0, |(.., gain)| gain.size_m),
         floor_m: best.map_or(before_m, |(_, costs, _)| problem.rms_m(costs).min(before_m)),
     }
-}
-
-/// The highest voltage of either motor \[V\].
-pub(super) fn volts_max(problem: &Problem<'_>) -> f64 {
-    let mut most = 1e-3_f64;
-    for experiment in &problem.experiments {
-        for pair in experiment.recording.samples().windows(2) {
-            let dt_s = pair[1].t_s - pair[0].t_s;
-            let volts = pair[1].applied_vs.since(pair[0].applied_vs);
-            most = most.max(volts.left.abs().max(volts.right.abs()) / dt_s);
-        }
-    }
-    most
 }
 
 #[cfg(test)]
@@ -346,7 +327,7 @@ mod tests {
     fn what_depends_on_the_voltage_is_zero_without_one() {
         let acts = |volts: f64| {
             let pair = WheelPair::both;
-            let moment = moments(pair(0.2), pair(volts), pair(0.0), (1.0, 1.0, 0.0)).left;
+            let moment = moments(pair(0.2), (pair(volts), 12.0), pair(0.0), (1.0, 1.0, 0.0)).left;
             let mut acting = Acting { volts, motor: WheelMotor::default() };
             VOLTAGE.iter().for_each(|function| function.act(&[0.1, 10.0], &moment, &mut acting));
             acting.volts - volts

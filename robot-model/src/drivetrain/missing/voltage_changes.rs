@@ -23,7 +23,7 @@ pub(super) const FUNCTIONS: usize = 2 * WINDOWS_S.len();
 const STEP: f64 = 0.2;
 
 /// How the travel of each experiment changes with the share of each function.
-pub(super) fn columns(problem: &Problem<'_>, fitted: &Fitted, volts_max: f64) -> Vec<DMatrix<f64>> {
+pub(super) fn columns(problem: &Problem<'_>, fitted: &Fitted) -> Vec<DMatrix<f64>> {
     let model = &fitted.model;
     let indices: Vec<usize> = (0..problem.experiments.len()).collect();
     parallel::map(&indices, |&index| {
@@ -32,7 +32,7 @@ pub(super) fn columns(problem: &Problem<'_>, fitted: &Fitted, volts_max: f64) ->
         for (i, window_s) in WINDOWS_S.into_iter().enumerate() {
             for (j, by_size) in [false, true].into_iter().enumerate() {
                 let lag = |late_v: f64| {
-                    STEP * late_v * if by_size { late_v.abs() / volts_max } else { 1.0 }
+                    STEP * late_v * if by_size { late_v.abs() / problem.full_v } else { 1.0 }
                 };
                 let Some(recording) = lagging(&experiment.recording, window_s, lag) else {
                     continue;

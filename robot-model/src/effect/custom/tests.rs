@@ -135,8 +135,15 @@ fn a_unit_with_a_fraction_of_a_power_is_read_as_it_is_written() {
     custom.units.insert("w".into(), unit.clone());
     assert_eq!(custom.build().unwrap().facts().parameters[1].unit, unit);
     // Nothing that could not be written down.
-    let error = Custom::from_equation("dtheta/dt = k * t^-65536").unwrap().build().unwrap_err();
-    assert_eq!(error.problem, ExpressionProblem::NotAUnit("s^65535".into()));
+    let problem = |equation: &str| {
+        let built = Custom::from_equation(equation).and_then(|custom| custom.build().map(drop));
+        built.unwrap_err().problem
+    };
+    let too_large = ExpressionProblem::ExponentTooLarge;
+    assert_eq!(problem("dtheta/dt = k * t^-65536"), too_large(-65536.0));
+    assert_eq!(problem("dtheta/dt = k * t^65536"), too_large(65536.0));
+    let unit = ExpressionProblem::NotAUnit("s^179".into());
+    assert_eq!(problem("dtheta/dt = k * t^-90 * t^-90"), unit);
     for power in ["nan", "inf", "1e3", "1000", "", "1.2.3"] {
         assert!(Unit::parse(&format!("m^{power}")).is_err(), "{power}");
     }

@@ -15,12 +15,16 @@ use crate::numeric::jet::Jet;
 const MOTOR: WheelMotor =
     WheelMotor { ks_forward_v: 0.5, ks_backward_v: 0.5, kv_v_s_per_m: 24.0, ka_v_s2_per_m: 0.7 };
 
+/// The highest voltage.
+const FULL_V: f64 = 12.0;
+
 /// Moments at which an expression is evaluated: ordinary values, no two alike.
 pub(super) fn sample_moments() -> [Moment; 4] {
     let moment = |v: f64, other: f64, side: f64, t: f64| Moment {
         side,
         speed_mps: (v, other),
         volts: (24.0 * v + 0.7, 21.0 * other + 0.4),
+        full_v: FULL_V,
         turns: 0.37 * t,
         t_s: 40.0 * t,
         since_pause_s: f64::INFINITY,
@@ -78,6 +82,7 @@ fn moments_all_over() -> impl Iterator<Item = Moment> {
                 side: if i % 2 == 0 { 1.0 } else { -1.0 },
                 speed_mps: (v, other),
                 volts: (24.0 * v + 0.7 * v.signum() + 2.0 * share, 24.0 * other + share),
+                full_v: FULL_V,
                 turns: share,
                 t_s: 200.0 * share,
                 since_pause_s: f64::INFINITY,

@@ -122,14 +122,20 @@ const REAL_TIME: &str = "real_time::";
 const REAL_TIME_THREADS: &str = "4";
 
 /// Effects are modules that a macro declares: `cargo fmt` does not see their files.
-const EFFECTS: &str = "robot-model/src/effect/catalogue";
+const EFFECTS: [&str; 2] =
+    ["robot-model/src/effect/catalogue", "robot-model/src/drivetrain/effect"];
 
 fn format() -> Outcome {
     cargo(&["fmt", "--all", "--", "--check"], &[], "run `cargo fmt`")?;
-    let entries =
-        std::fs::read_dir(root().join(EFFECTS)).map_err(|error| format!("{EFFECTS}: {error}"))?;
-    let files = entries.flatten().map(|entry| entry.path());
+    let mut files = Vec::new();
+    for folder in EFFECTS {
+        let entries =
+            std::fs::read_dir(root().join(folder)).map_err(|error| format!("{folder}: {error}"))?;
+        let paths = entries.flatten().map(|entry| entry.path());
+        files.extend(paths.filter(|path| path.extension().is_some_and(|end| end == "rs")));
+    }
     let mut rustfmt = Command::new("rustfmt");
     rustfmt.args(["--edition", "2024", "--check"]).args(files).current_dir(root());
-    command(&mut rustfmt, &format!("run `rustfmt --edition 2024 {EFFECTS}/*.rs`"))
+    let folders = EFFECTS.map(|folder| format!("{folder}/*.rs")).join(" ");
+    command(&mut rustfmt, &format!("run `rustfmt --edition 2024 {folders}`"))
 }

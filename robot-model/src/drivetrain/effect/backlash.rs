@@ -30,7 +30,10 @@ static FACTS: MotorFacts = MotorFacts {
     id: "backlash",
     name: "play between motor and wheel",
     equation: "|x_motor - x_wheel| <= beta / 2",
-    parameters: &[MotorParameter::positive("beta", "m", 5e-4, 0.03), MotorParameter::shape("r", "1", 0.05, 0.9)],
+    parameters: &[
+        MotorParameter::positive("beta", "m", 5e-4, 0.03),
+        MotorParameter::shape("r", "1", 0.05, 0.9),
+    ],
     sign: "wider",
     shown_by: "reversals, and rolling out",
     remedy: "a tighter gear; lower integral gain",

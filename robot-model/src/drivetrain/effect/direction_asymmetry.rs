@@ -29,7 +29,10 @@ static FACTS: MotorFacts = MotorFacts {
     id: "direction_asymmetry",
     name: "the motors run more easily one way",
     equation: "e m + kV (1 + d m sgn v) v, m = 1 left, -1 right",
-    parameters: &[MotorParameter::amplitude("e", "V", 0.1, 3.0), MotorParameter::amplitude("d", "1", 0.02, 0.5)],
+    parameters: &[
+        MotorParameter::amplitude("e", "V", 0.1, 3.0),
+        MotorParameter::amplitude("d", "1", 0.02, 0.5),
+    ],
     sign: "forwards is harder for the left motor, backwards for the right one",
     shown_by: "steps both ways, straight on and on the spot",
     remedy: "feedforward by wheel and direction, which `beeline tune` sets",

@@ -28,7 +28,10 @@ static FACTS: MotorFacts = MotorFacts {
     id: "load_torque",
     name: "something pushes the robot along its way",
     equation: "V + e cos h + f sin h, both wheels alike; h: heading",
-    parameters: &[MotorParameter::amplitude("e", "V", 0.1, 3.0), MotorParameter::amplitude("f", "V", 0.1, 3.0)],
+    parameters: &[
+        MotorParameter::amplitude("e", "V", 0.1, 3.0),
+        MotorParameter::amplitude("f", "V", 0.1, 3.0),
+    ],
     sign: "pushed forwards",
     shown_by: "steps both ways",
     remedy: "a level floor, no cable; turned round, a slope pushes the other way",

@@ -27,7 +27,10 @@ static FACTS: MotorFacts = MotorFacts {
     id: "side_asymmetry",
     name: "the motors of the two sides differ",
     equation: "kS (1 + a m) sgn v + kV (1 + b m) v, m = 1 left, -1 right",
-    parameters: &[MotorParameter::amplitude("a", "1", 0.1, 0.9), MotorParameter::amplitude("b", "1", 0.02, 0.5)],
+    parameters: &[
+        MotorParameter::amplitude("a", "1", 0.1, 0.9),
+        MotorParameter::amplitude("b", "1", 0.02, 0.5),
+    ],
     sign: "the left motor has more friction (a), or is slower (b)",
     shown_by: "steps straight on at several voltages",
     remedy: "feedforward by wheel, which `beeline tune` sets",

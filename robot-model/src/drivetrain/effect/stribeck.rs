@@ -32,7 +32,11 @@ static FACTS: MotorFacts = MotorFacts {
     id: "stribeck",
     name: "friction falls as a wheel begins to turn (Stribeck)",
     equation: "(kS + k exp(-|v / v_s|^d)) sgn v",
-    parameters: &[MotorParameter::positive("k", "V", 0.1, 6.0), MotorParameter::shape("v_s", "m/s", 0.004, 1.0), MotorParameter::shape("d", "1", 0.5, 2.0)],
+    parameters: &[
+        MotorParameter::positive("k", "V", 0.1, 6.0),
+        MotorParameter::shape("v_s", "m/s", 0.004, 1.0),
+        MotorParameter::shape("d", "1", 0.5, 2.0),
+    ],
     sign: "more friction when slow",
     shown_by: "creeping, and slow steps",
     remedy: "never creep: begin a motion with a step of k beyond kS",

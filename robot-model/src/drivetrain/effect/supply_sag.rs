@@ -21,7 +21,8 @@ impl MotorEffect for SupplySag {
     fn act(&self, p: &[f64], moment: &Moment, acting: &mut Acting) {
         let kv = acting.motor.kv_v_s_per_m;
         let load = |volts: f64, speed_mps: f64| volts * (volts - kv * speed_mps);
-        let both = load(moment.volts.0, moment.speed_mps.0) + load(moment.volts.1, moment.speed_mps.1);
+        let both =
+            load(moment.volts.0, moment.speed_mps.0) + load(moment.volts.1, moment.speed_mps.1);
         acting.volts -= p[0] * both * moment.volts.0;
     }
 }

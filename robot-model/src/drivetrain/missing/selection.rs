@@ -51,7 +51,7 @@ pub(super) struct Gain {
     pub size_m: f64,
     /// By which share it lowers the error of one mode.
     pub less: f64,
-    /// Over both modes as well.
+    /// The error of both modes together falls.
     falls: bool,
     bar: Bar,
     /// What a caster alone would explain \[m\].

@@ -35,6 +35,17 @@ pub struct Errors {
     pub chi: f64,
 }
 
+/// Errors of position and heading as one number: the displacement of the wheels' contact points \[m\].
+pub(crate) fn displacement_m(errors: &Errors, track_width_m: f64) -> f64 {
+    errors.position_rms_m.hypot(errors.heading_rms_rad * track_width_m / 2.0)
+}
+
+/// The lower of two reachable errors, as displacements of the wheels.
+pub(crate) fn lower(one: &Errors, other: &Errors, track_width_m: f64) -> Errors {
+    let lower = displacement_m(other, track_width_m) < displacement_m(one, track_width_m);
+    if lower { *other } else { *one }
+}
+
 /// Sums of squares over measurements.
 #[derive(Clone, Copy, Debug, Default)]
 struct Squares {

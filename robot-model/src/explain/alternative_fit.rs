@@ -13,11 +13,10 @@
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
 use crate::estimation::campaign_equations::CampaignEquations;
-use crate::estimation::errors::{Errors, cross_validated};
+use crate::estimation::errors::{Errors, cross_validated, displacement_m};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::residuals::flexible_model::displacement_m;
 use crate::selection::candidates::is_geometry;
 
 /// Shares of (1) that are tried besides the noise as estimated.

@@ -3,11 +3,12 @@
 
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
+use crate::estimation::errors::lower;
 use crate::estimation::fit::Fitted;
 use crate::explain::alternative_fit::{AlternativeFit, alternative_fit};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::residuals::flexible_model::{Flexible, flexible, lower};
+use crate::residuals::flexible_model::{Flexible, flexible, reaching_further};
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::chance::is_chance;
 use crate::selection::classes::{Class, classes};
@@ -45,6 +46,7 @@ pub(crate) fn choose<'a>(
     let selection = select(&prepared, catalogue);
     let first_noise = selection.fitted.noise;
     let (prepared, mut selection, flexible) = beyond_noise(prepared, selection, catalogue);
+    let flexible = reaching_further(flexible, &prepared, &selection.fitted, catalogue);
     let alternative = alternative_fit(&prepared, &selection.fitted, catalogue);
     let selected = selection.fitted.clone();
     if let Some(alternative) = &alternative {

@@ -15,12 +15,13 @@
 //! c is the mean square of the quietest share s, over that of all.
 
 use crate::effect::definition::Effect;
-use crate::estimation::errors::Errors;
+use crate::estimation::errors::{Errors, displacement_m, lower};
 use crate::estimation::fit::Fitted;
 use crate::explain::model_errors::errors;
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::recording::campaign::{Prepared, PreparedRun};
-use crate::residuals::flexible_model::{displacement_m, flexible, lower, numbers_measured};
+use crate::residuals::flexible_model::flexible;
+use crate::residuals::group_search::numbers_measured;
 use crate::residuals::uneven_runs::{RUNS_MIN, divided};
 use crate::selection::select::select;
 

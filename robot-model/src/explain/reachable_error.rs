@@ -2,12 +2,11 @@
 //! equation says it?
 
 use crate::effect::definition::Effect;
-use crate::estimation::errors::Errors;
+use crate::estimation::errors::{Errors, displacement_m, lower};
 use crate::explain::model_choice::{Choice, EXCESS_MAX};
 use crate::explain::quiet_runs::reachable_on_quiet_runs;
 use crate::explain::tolerance::resolved_m;
 use crate::residuals::expression::expression;
-use crate::residuals::flexible_model::{displacement_m, lower};
 use crate::residuals::regressor::Regressor;
 use crate::residuals::unexplained::{Unexplained, unexplained};
 

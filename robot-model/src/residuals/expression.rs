@@ -10,11 +10,12 @@ use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::custom::{Custom, CustomEffect};
 use crate::effect::definition::Effect;
 use crate::estimation::campaign_equations::CampaignEquations;
-use crate::estimation::errors::cross_validated;
+use crate::estimation::errors::{cross_validated, displacement_m};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
-use crate::residuals::flexible_model::{Flexible, displacement_m, left_out};
+use crate::residuals::flexible_model::Flexible;
+use crate::residuals::group_search::left_out;
 
 /// An equation that does nearly all that a flexible model does.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

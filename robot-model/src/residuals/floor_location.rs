@@ -5,6 +5,12 @@
 //! ds_i += w_i (p + q a_i sign(ds_i)) ds_i                                                 (2)
 //! ```
 //!
+//! A puddle has an edge: its weight is
+//!
+//! ```text
+//! w_i  = exp(-(d_i / L)^8)                                                                (3)
+//! ```
+//!
 //! p makes a wheel's travel over the place longer or shorter, q is slip under force. A place acts on whichever
 //! wheel comes there, in every run. The search is coarse over the whole floor, then fine around the best place.
 
@@ -33,6 +39,8 @@ const RUNS_MIN: usize = 2;
 const COARSE_P: f64 = 1e-3;
 /// L of (1) in the fine search \[m\]: a cable under the carpet, a puddle.
 const FINE_REACHES_M: [f64; 2] = [0.06, 0.15];
+/// L of (3) \[m\].
+const EDGED_REACHES_M: [f64; 3] = [0.1, 0.2, 0.3];
 /// Offsets of the fine search from the best coarse place, along x and y \[m\].
 const FINE_OFFSETS_M: [f64; 5] = [-0.15, -0.075, 0.0, 0.075, 0.15];
 
@@ -42,6 +50,8 @@ pub(super) struct FloorPatch {
     /// Its middle \[m\].
     pub at_m: [f64; 2],
     reach_m: f64,
+    /// Whether it has an edge, (3).
+    edged: bool,
 }
 
 static FLOOR_PATCH: Facts<'static> = Facts {
@@ -62,7 +72,8 @@ impl Effect for FloorPatch {
         let (ds_m, accel) = (step.wheel_travel_m(), step.wheel_accel_mps2);
         let share = |[x_m, y_m]: [f64; 2], ds_m: f64, accel_mps2: f64| {
             let (dx, dy) = (x_m - self.at_m[0], y_m - self.at_m[1]);
-            let weight = (-(dx * dx + dy * dy) / (2.0 * self.reach_m * self.reach_m)).exp();
+            let square = (dx * dx + dy * dy) / (self.reach_m * self.reach_m);
+            let weight = if self.edged { (-square.powi(4)).exp() } else { (-square / 2.0).exp() };
             // Beyond four reaches the place does nothing.
             if weight < 3e-4 {
                 return Jet::ZERO;
@@ -120,25 +131,9 @@ pub(super) struct FloorSearch {
 /// Searches the floor for a place that the residuals come from.
 pub(super) fn search_floor(prepared: &Prepared, fitted: &Fitted<'_>) -> FloorSearch {
     let patches = visited(prepared);
-    let mut terms = fitted.terms.clone();
-    terms.extend(patches.iter().map(|patch| Term::new(patch, vec![0.0; 2])));
-    let terms = PlacedTerm::place(&terms);
-    let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
-    let in_model = &terms[..fitted.terms.len()];
-    let model: Vec<usize> = in_model.iter().flat_map(PlacedTerm::columns).collect();
-    let chi_squared_of = |columns: &[usize]| {
-        let delta = equations.best(&equations.total, columns);
-        equations.total.chi_squared(columns, &delta)
-    };
-    let without = chi_squared_of(&model);
-    let gain = |term: &PlacedTerm<'_>| {
-        let both: Vec<usize> = model.iter().copied().chain(term.columns()).collect();
-        without - chi_squared_of(&both)
-    };
-    let gains = terms[fitted.terms.len()..].iter().map(gain);
     let seen: Vec<PlaceSeen> = patches
         .iter()
-        .zip(gains)
+        .zip(gains(prepared, fitted, &patches))
         .map(|(patch, gain)| PlaceSeen { at_m: patch.at_m, gain })
         .collect();
     let best = seen.iter().max_by(|a, b| a.gain.total_cmp(&b.gain));
@@ -154,9 +149,51 @@ pub(super) fn search_floor(prepared: &Prepared, fitted: &Fitted<'_>) -> FloorSea
         .map(|(reach_m, [dx, dy])| FloorPatch {
             at_m: [best.at_m[0] + dx, best.at_m[1] + dy],
             reach_m,
+            edged: false,
         })
         .collect();
     FloorSearch { tested: patches.len() + fine.len(), patches: fine, seen }
+}
+
+/// Around the place that residuals come from, the place of each size, with an edge and without, that explains most; none
+/// where they come from no place.
+pub(super) fn best_places(prepared: &Prepared, fitted: &Fitted<'_>) -> Vec<FloorPatch> {
+    let mut patches = search_floor(prepared, fitted).patches;
+    if patches.is_empty() {
+        return patches;
+    }
+    // All places of one size are together.
+    let each = FINE_OFFSETS_M.len().pow(2);
+    let middles_m: Vec<[f64; 2]> = patches.iter().take(each).map(|patch| patch.at_m).collect();
+    patches.extend(EDGED_REACHES_M.iter().flat_map(|&reach_m| {
+        middles_m.iter().map(move |&at_m| FloorPatch { at_m, reach_m, edged: true })
+    }));
+    let gains = gains(prepared, fitted, &patches);
+    let most = |(patches, gains): (&[FloorPatch], &[f64])| {
+        let of_size = patches.iter().zip(gains);
+        of_size.max_by(|a, b| a.1.total_cmp(b.1)).map(|(patch, _)| *patch)
+    };
+    patches.chunks(each).zip(gains.chunks(each)).filter_map(most).collect()
+}
+
+/// What each of these places would explain beside the model, in -2 log likelihood.
+fn gains(prepared: &Prepared, fitted: &Fitted<'_>, patches: &[FloorPatch]) -> Vec<f64> {
+    let mut terms = fitted.terms.clone();
+    terms.extend(patches.iter().map(|patch| Term::new(patch, vec![0.0; 2])));
+    let terms = PlacedTerm::place(&terms);
+    let equations = CampaignEquations::gather(prepared, &terms, &fitted.noise);
+    let in_model = &terms[..fitted.terms.len()];
+    let model: Vec<usize> = in_model.iter().flat_map(PlacedTerm::columns).collect();
+    let chi_squared_of = |columns: &[usize]| {
+        let delta = equations.best(&equations.total, columns);
+        equations.total.chi_squared(columns, &delta)
+    };
+    let without = chi_squared_of(&model);
+    let gain = |term: &PlacedTerm<'_>| {
+        let both: Vec<usize> = model.iter().copied().chain(term.columns()).collect();
+        without - chi_squared_of(&both)
+    };
+    terms[fitted.terms.len()..].iter().map(gain).collect()
 }
 
 /// The places that wheels came to in several runs.
@@ -185,7 +222,11 @@ pub(super) fn visited(prepared: &Prepared) -> Vec<FloorPatch> {
     let middle = |cell: i64| cell as f64 * pitch_m;
     cells
         .into_iter()
-        .map(|((x, y), _)| FloorPatch { at_m: [middle(x), middle(y)], reach_m: REACH_M })
+        .map(|((x, y), _)| FloorPatch {
+            at_m: [middle(x), middle(y)],
+            reach_m: REACH_M,
+            edged: false,
+        })
         .collect()
 }
 
@@ -199,7 +240,7 @@ mod tests {
     #[test]
     fn a_place_where_a_wheel_loses_travel_is_found() {
         // A quarter of the small circle to the left, on the path of the right wheel: it loses 4 mm at either speed.
-        let bump = FloorPatch { at_m: [0.586, 0.4], reach_m: 0.05 };
+        let bump = FloorPatch { at_m: [0.586, 0.4], reach_m: 0.05, edged: false };
         let truth = [Term::new(&bump, vec![-0.03, 0.0])];
         let answer = explain(&campaign(&full_plan(), &truth, 31)).unwrap();
         let found = &answer.unexplained;

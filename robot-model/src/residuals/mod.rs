@@ -6,7 +6,9 @@
 //! | `regressor.rs` | [`Regressor`]: what they may depend on |
 //! | `auxiliary_effects.rs` | small effects in proportion to speed, load, heading and the like |
 //! | `flexible_model.rs` | the reachable error: what a model of any shape could reach |
+//! | `group_search.rs` | which groups of functions it takes up |
 //! | `basis_functions.rs` | its functions |
+//! | `wheel_rates.rs` | one wheel's travel above several rates |
 //! | `expression.rs` | [`Expression`]: the simple equation that would do nearly as well |
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
 //! | `ripple.rs` | ripples many times per turn of a wheel |
@@ -20,11 +22,13 @@ pub(crate) mod basis_functions;
 pub(crate) mod expression;
 pub(crate) mod flexible_model;
 pub(crate) mod floor_location;
+pub(crate) mod group_search;
 pub(crate) mod heavy_tails;
 pub(crate) mod regressor;
 pub(crate) mod ripple;
 pub(crate) mod uneven_runs;
 pub(crate) mod unexplained;
+pub(crate) mod wheel_rates;
 
 pub use expression::Expression;
 pub use floor_location::PlaceSeen;

@@ -51,7 +51,7 @@ impl ScenarioError {
         let hint = if problem.contains("unknown field") {
             "correct the name, or leave the line out"
         } else if problem.contains("missing field") {
-            "add the field"
+            "add it above the first table"
         } else if problem.contains("invalid type") {
             "write the value as the expected type"
         } else {

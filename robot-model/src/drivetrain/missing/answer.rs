@@ -7,7 +7,7 @@ use super::experiment::{Experiment, KnownRobot, full_v, pause_end_s};
 use super::least_squares::{Fitted, Model, Problem};
 use super::modes::Modes;
 use super::next_experiment::{NextExperiment, next_experiment};
-use super::selection::{Judged, gain_by, select};
+use super::selection::{Judged, Selected, gain_by, select};
 use super::simulate::BASELINE;
 use super::unexplained::{MotorUnexplained, unexplained};
 use crate::drivetrain::effect::KnownMotorEffect;
@@ -178,42 +178,58 @@ pub fn missing_with(
         })
         .collect();
     let unexplained = unexplained(problem, &selected, last);
-    let next = next_experiment(problem, &last.fitted, &rivals, &unexplained);
     let half_widths = problem.half_widths_95(&last.fitted);
     let errors = |judged: &Judged| errors(problem, judged, experiments);
-    let steps = selected.steps.windows(2).enumerate().map(|(index, pair)| {
-        let by_itself = gain_by(problem, &pair[0], &pair[1], index);
-        // The first of two that hide each other gains nothing by itself.
-        let gain = if by_itself.matters(problem) {
-            by_itself
-        } else {
-            gain_by(problem, &without[index], last, index)
-        };
-        let effect = &last.fitted.model.effects[index];
-        MotorStep {
-            effect: effect.clone(),
-            class: rivals[index].1.iter().map(|rival| rival.effect.clone()).collect(),
-            parameters: estimates(&last.fitted.model, index, &half_widths),
-            errors: errors(&pair[1]),
-            size_m: gain.size_m,
-            p_value: gain.p_value,
-        }
-    });
-    let tried = selected.alone.iter().map(|candidate| Tried {
-        effect: candidate.effect.clone(),
-        cross_validated_m: problem.rms_m(&candidate.costs),
-    });
+    let steps: Vec<MotorStep> = selected
+        .steps
+        .windows(2)
+        .enumerate()
+        .map(|(index, pair)| {
+            let by_itself = gain_by(problem, &pair[0], &pair[1], index);
+            // The first of two that hide each other gains nothing by itself.
+            let gain = if by_itself.matters(problem) {
+                by_itself
+            } else {
+                gain_by(problem, &without[index], last, index)
+            };
+            let effect = &last.fitted.model.effects[index];
+            MotorStep {
+                effect: effect.clone(),
+                class: rivals[index].1.iter().map(|rival| rival.effect.clone()).collect(),
+                parameters: estimates(&last.fitted.model, index, &half_widths),
+                errors: errors(&pair[1]),
+                size_m: gain.size_m,
+                p_value: gain.p_value,
+            }
+        })
+        .collect();
+    // Which of two small effects it is can wait until what remains is known.
+    let least_m = if unexplained.structure { unexplained.size_m } else { 0.0 };
+    let asked = rivals.iter().zip(&steps).filter(|(_, step)| step.size_m >= least_m);
+    let asked: Vec<_> = asked.map(|(rivals, _)| rivals).collect();
+    let next = next_experiment(problem, &last.fitted, &asked, &unexplained);
     Ok(MotorAnswer {
         baseline: errors(&selected.steps[0]),
         constants: constants(&last.fitted.model, &half_widths),
-        steps: steps.collect(),
-        tried: tried.collect(),
+        steps,
+        tried: tried(problem, &selected),
         unexplained,
         next,
         left: left_of_travel(problem, &selected.steps[0], last),
         experiments: problem.experiments.len(),
         resolution_m: robot.resolution_m(),
     })
+}
+
+/// Each effect beside the baseline, the least error first: the candidates are in the order of their weighted costs.
+fn tried(problem: &Problem<'_>, selected: &Selected<'_>) -> Vec<Tried> {
+    let tried = selected.alone.iter().map(|candidate| Tried {
+        effect: candidate.effect.clone(),
+        cross_validated_m: problem.rms_m(&candidate.costs),
+    });
+    let mut tried: Vec<Tried> = tried.collect();
+    tried.sort_by(|a, b| a.cross_validated_m.total_cmp(&b.cross_validated_m));
+    tried
 }
 
 fn left_of_travel(problem: &Problem<'_>, first: &Judged, last: &Judged) -> Vec<LeftOfTravel> {

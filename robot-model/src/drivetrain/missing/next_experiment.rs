@@ -58,7 +58,7 @@ const KINDS: [ExperimentKind; 8] = [
 pub(super) fn next_experiment(
     problem: &Problem<'_>,
     found: &Fitted,
-    rivals: &[(&KnownMotorEffect, Vec<Rival>)],
+    rivals: &[&(&KnownMotorEffect, Vec<Rival>)],
     unexplained: &MotorUnexplained,
 ) -> Option<NextExperiment> {
     let (own, of_own) = match rivals.iter().find(|(_, rivals)| !rivals.is_empty()) {

@@ -2,6 +2,7 @@ use super::*;
 use crate::effect::custom::Custom;
 use crate::effect::definition::{Change, Facts, Memory, Parameter};
 use crate::explain::{Answer, explain};
+use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::campaign::Campaign;
 use crate::recording::motion::Step;
@@ -56,6 +57,57 @@ impl Effect for Pile {
             turn_rad: (p[0] * cos + p[1] * sin) * (more_m / step.track_width_m),
             ..Change::NONE
         }
+    }
+}
+
+/// A counter that loses counts above a rate, of one wheel more than of the other, and in steps.
+#[derive(Debug)]
+struct LostInSteps;
+
+impl Effect for LostInSteps {
+    fn facts(&self) -> Facts<'_> {
+        static FACTS: Facts<'static> = Facts {
+            id: "lost_in_steps",
+            parameters: &[
+                Parameter::amplitude("left", "1", 1.0),
+                Parameter::amplitude("right", "1", 1.0),
+            ],
+            ..Facts::DEFAULT
+        };
+        FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _: &mut Memory) -> Change {
+        let lost = step.wheel_speed_mps.map(|mps| {
+            let above = mps.abs() / step.wheel_radius_m - 2.0;
+            if above > 0.0 { 1.0 + (above / 0.4).floor() } else { 0.0 }
+        });
+        Change { travel: WheelPair::new(p[0] * lost.left, p[1] * lost.right), ..Change::NONE }
+    }
+}
+
+/// A round puddle in which a wheel loses travel, as it loses none beside it.
+#[derive(Debug)]
+struct Puddle([f64; 2]);
+
+impl Effect for Puddle {
+    fn facts(&self) -> Facts<'_> {
+        static FACTS: Facts<'static> = Facts {
+            id: "puddle",
+            parameters: &[Parameter::amplitude("k", "1", 1.0)],
+            ..Facts::DEFAULT
+        };
+        FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _: &mut Memory) -> Change {
+        let (sin, cos) = step.heading_rad.sin_cos();
+        let in_it = |side: f64| {
+            let half_m = side * step.track_width_m / 2.0;
+            let (x_m, y_m) = (step.place_m[0] - half_m * sin, step.place_m[1] + half_m * cos);
+            f64::from(u8::from((x_m - self.0[0]).hypot(y_m - self.0[1]) < 0.2))
+        };
+        Change { travel: WheelPair::new(p[0] * in_it(1.0), p[0] * in_it(-1.0)), ..Change::NONE }
     }
 }
 
@@ -114,6 +166,26 @@ fn a_carpet_that_carries_tyres_in_a_spin_does_not_pass_for_noise() {
         let least = mm(&ends(&[Term::new(&Pile, vec![0.03, -0.02])]).reachable);
         println!("ends {least} {sound}");
         assert!(least < 1.3 * sound, "{least} of {sound}");
+    }
+}
+
+#[test]
+fn counts_that_either_wheel_loses_in_steps_do_not_pass_for_noise() {
+    for seed in 0..2 {
+        let (sound, model, least, answer) =
+            compared(&[Term::new(&LostInSteps, vec![0.001, -0.0015])], 110 + seed);
+        assert!(least < 1.15 * sound, "{least} of {sound}");
+        assert!(model < 1.2 * sound || answer.unexplained.structure, "{model} of {sound}");
+    }
+}
+
+#[test]
+fn a_puddle_with_an_edge_does_not_pass_for_noise() {
+    for seed in 0..2 {
+        let (sound, model, least, answer) =
+            compared(&[Term::new(&Puddle([0.5, 0.19]), vec![-0.06])], 120 + seed);
+        assert!(least < 1.25 * sound, "{least} of {sound}");
+        assert!(model < 1.2 * sound || answer.unexplained.structure, "{model} of {sound}");
     }
 }
 

@@ -69,10 +69,8 @@ pub(crate) fn flexible(
 ) -> Flexible {
     let thinned = thinned(prepared);
     let patches = visited(prepared);
-    let pool: Vec<(Option<Regressor>, Term<'_>)> = pool(prepared, fitted, catalogue)
-        .into_iter()
-        .chain(patches.iter().map(|patch| (Some(Regressor::Place), zero(patch))))
-        .collect();
+    let mut pool = pool(prepared, fitted, catalogue);
+    pool.extend(of_regressor(Regressor::Place, &patches));
     let search = GroupSearch { prepared, thinned: &thinned, takes_back: false, pool: &pool };
     let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
     let mut begun = search.with_groups_worth_adding(&model);
@@ -96,11 +94,9 @@ pub(crate) fn reaching_further(
     let mut patches = visited(prepared);
     patches.extend(best_places(&thinned, fitted));
     let rates = wheel_rates(&prepared.excitation);
-    let pool: Vec<(Option<Regressor>, Term<'_>)> = pool(prepared, fitted, catalogue)
-        .into_iter()
-        .chain(patches.iter().map(|patch| (Some(Regressor::Place), zero(patch))))
-        .chain(rates.iter().map(|rates| (Some(Regressor::WheelSpeed), zero(rates))))
-        .collect();
+    let mut pool = pool(prepared, fitted, catalogue);
+    pool.extend(of_regressor(Regressor::Place, &patches));
+    pool.extend(of_regressor(Regressor::WheelSpeed, &rates));
     let search = GroupSearch { prepared, thinned: &thinned, takes_back: true, pool: &pool };
     let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
     // What gains most likelihood may keep out what lowers displacements most: both begin once.
@@ -137,9 +133,16 @@ fn pool<'a>(
         let starts = effect.starts(&prepared.excitation).into_iter();
         starts.map(|values| (None, Term::new(*effect, values)))
     });
-    let functions = FUNCTIONS.iter().map(|basis| (Some(basis.regressor), zero(basis)));
-    let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| (Some(one.regressor), zero(one)));
-    known.chain(functions).chain(auxiliary).collect()
+    let functions = FUNCTIONS.iter().chain(AUXILIARY_EFFECTS);
+    known.chain(functions.map(|one| (Some(one.regressor), zero(one)))).collect()
+}
+
+/// Groups that are functions of this.
+fn of_regressor<E: Effect>(
+    regressor: Regressor,
+    effects: &[E],
+) -> impl Iterator<Item = (Option<Regressor>, Term<'_>)> {
+    effects.iter().map(move |effect| (Some(regressor), zero(effect)))
 }
 
 /// The campaign with fewer poses.

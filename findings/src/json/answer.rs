@@ -132,13 +132,17 @@ fn rejected(rejected: &Rejected) -> Value {
 
 fn unexplained(unexplained: &Unexplained) -> Value {
     let names = unexplained.depends_on.iter().copied().map(Regressor::name);
-    json!({
+    let mut value = json!({
         "structure": unexplained.structure,
         "depends_on": names.collect::<Vec<_>>(),
         "p_value": unexplained.p_value,
         "size_m": unexplained.size_m,
         "expression": unexplained.expression.as_ref().map(expression),
-    })
+    });
+    if !unexplained.runs_off.is_empty() {
+        value["runs_off"] = json!(unexplained.runs_off);
+    }
+    value
 }
 
 fn expression(expression: &Expression) -> Value {
@@ -237,6 +241,9 @@ mod tests {
             keys(&json["unexplained"]),
             ["depends_on", "expression", "p_value", "size_m", "structure"]
         );
+        let runs_off = vec!["loaded".to_owned()];
+        let off = unexplained(&Unexplained { runs_off, ..Unexplained::default() });
+        assert_eq!(off["runs_off"], json!(["loaded"]));
         assert_eq!(keys(&json["next_run"]), ["kind", "separates", "why"]);
     }
 }

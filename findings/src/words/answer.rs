@@ -226,15 +226,32 @@ pub fn predicted(predicted: &PredictedSeparation) -> String {
     text
 }
 
+/// Which runs are off by far more than the others, if any are.
+pub fn runs_off(unexplained: &Unexplained) -> Option<String> {
+    let off = &unexplained.runs_off;
+    let (named, more) = off.split_at(off.len().min(RUNS_NAMED));
+    let mut names = named.to_vec();
+    if !more.is_empty() {
+        names.push(format!("{} more", more.len()));
+    }
+    let are = if off.len() == 1 { "is" } else { "are" };
+    let text = format!("{} {are} off by far more than the other runs", super::listed(&names));
+    (!off.is_empty()).then_some(text)
+}
+
+/// At most so many runs are named.
+const RUNS_NAMED: usize = 4;
+
 /// What the residuals depend on, in a line.
 pub fn depends_on(unexplained: &Unexplained) -> String {
     let word = |regressor: &Regressor| match unexplained.place_m {
         Some([x_m, y_m]) if *regressor == Regressor::Place => {
             format!("{} (where a wheel passes x = {x_m:.2} m, y = {y_m:.2} m)", regressor.name())
         }
-        _ if *regressor == Regressor::Run => {
+        _ if *regressor == Regressor::Run && unexplained.runs_off.is_empty() => {
             "which run it is (some are off by far more than others)".to_owned()
         }
+        _ if *regressor == Regressor::Run => "which run it is".to_owned(),
         _ => regressor.name().to_owned(),
     };
     match unexplained.depends_on.as_slice() {
@@ -323,6 +340,20 @@ mod tests {
         ] {
             assert_eq!(three_digits(value), text);
         }
+    }
+
+    #[test]
+    fn runs_that_are_off_are_named() {
+        let of = |names: &[&str]| {
+            let runs_off = names.iter().map(|name| (*name).to_owned()).collect();
+            super::runs_off(&Unexplained { runs_off, ..Unexplained::default() })
+        };
+        let text = |who: &str| Some(format!("{who} off by far more than the other runs"));
+        assert_eq!(of(&[]), None);
+        assert_eq!(of(&["loaded"]), text("loaded is"));
+        assert_eq!(of(&["a", "b"]), text("a and b are"));
+        let six = ["a", "b", "c", "d", "e", "f"];
+        assert_eq!(of(&six), text("a, b, c, d and 2 more are"));
     }
 
     #[test]

@@ -19,7 +19,7 @@ mod model;
 pub mod motors;
 
 pub use answer::{
-    clocks, depends_on, evidence, expression, lacking, net_change, predicted, reason,
+    clocks, depends_on, evidence, expression, lacking, net_change, predicted, reason, runs_off,
     second_opinion, worth,
 };
 pub use calibration::{advice, out_and_back, source};

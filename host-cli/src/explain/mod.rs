@@ -244,6 +244,9 @@ fn unexplained(answer: &Answer) {
         };
         let p = p_value(residuals.p_value);
         say(format_args!("   {size}{p}; `beeline report` shows the shape"));
+        if let Some(text) = words::runs_off(residuals) {
+            wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
+        }
         if let Some(found) = &residuals.expression {
             let text = words::expression(found);
             wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));

@@ -201,11 +201,13 @@ fn held_out(html: &mut String, report: &CampaignReport<'_>) {
 fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
     let residuals = &report.answer.unexplained;
     let p = escape(&crate::quantity::p_value(residuals.p_value));
+    let off = words::runs_off(residuals).map(|text| format!(" <b>{}</b>.", escape(&text)));
     let words = if residuals.structure {
         format!(
             "The residuals depend on <b>{}</b> ({p}), and no candidate effect explains this. \
-             An effect that does must have the shape below.",
-            escape(&words::depends_on(residuals))
+             An effect that does must have the shape below.{}",
+            escape(&words::depends_on(residuals)),
+            off.unwrap_or_default()
         )
     } else {
         format!(

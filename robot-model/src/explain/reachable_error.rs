@@ -35,7 +35,13 @@ pub(super) fn reachable_and_unexplained(
     };
     let on_all = lowest(begun, reached, track_width_m);
     let on_quiet = reachable_on_quiet_runs(prepared, &choice.selected, catalogue, &on_all);
-    let reachable = on_quiet.map_or(on_all, |quiet| lower(&on_all, &quiet, track_width_m));
+    let mut reachable = on_all;
+    if let Some(quiet) = on_quiet {
+        reachable = lower(&on_all, &quiet.reachable, track_width_m);
+        found.structure = true;
+        found.runs_off = quiet.off;
+        add(&mut found.depends_on, [quiet.differ_by].into_iter());
+    }
     let after = reached.last().unwrap_or(&reachable);
     let square = |errors: &Errors| errors.position_rms_m.powi(2);
     found.size_m = (square(after) - square(&reachable)).max(0.0).sqrt();

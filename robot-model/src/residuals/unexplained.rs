@@ -56,6 +56,8 @@ pub struct Unexplained {
     pub place_m: Option<[f64; 2]>,
     /// The places that several runs came to.
     pub places: Vec<PlaceSeen>,
+    /// The names of runs that are off by far more than the others, the one that is furthest off first.
+    pub runs_off: Vec<String>,
     /// Cross-validated position error above the reachable one \[m\]: the root of the difference of squares.
     pub size_m: f64,
     /// The simple equation that would take the model nearly to the reachable error, if there is one.

@@ -175,7 +175,7 @@ mod tests {
         let [sound, found] = [sound(), &slipped].map(|campaign| explain(campaign).unwrap());
         let times = found.reachable.position_rms_m / sound.reachable.position_rms_m;
         assert!((times - 1.0).abs() < 0.1, "{times} of the sound robot's");
-        // A spin that is an eighth of a turn off.
+        // The wheel rolled less by this slip than was counted: the spin is some degrees off.
         assert!(found.unexplained.size_m > 2.0 * sound.reachable.position_rms_m);
         assert!(found.unexplained.depends_on.contains(&Regressor::Run), "{:?}", found.unexplained);
         assert_eq!(found.unexplained.runs_off, [slipped.runs[4].name.clone()]);

@@ -27,7 +27,7 @@ use crate::residuals::flexible_model::flexible;
 use crate::residuals::group_search::numbers_measured;
 use crate::residuals::heavy_tails::heavy_tails;
 use crate::residuals::regressor::Regressor;
-use crate::residuals::uneven_runs::set_apart;
+use crate::residuals::uneven_runs::{Divided, set_apart};
 use crate::selection::select::select;
 
 /// How often runs that are off are set aside: beside runs that are off by far, others look quiet.
@@ -58,10 +58,12 @@ pub(super) fn reachable_on_quiet_runs(
     on_all: &Errors,
 ) -> Option<QuietRuns> {
     let first = set_apart(prepared, fitted)?;
+    let mut off = furthest_first(prepared, &first);
     let mut quiet = among(prepared, &first.quiet);
     let mut selection = select(&quiet, catalogue);
     for _ in 1..ROUNDS_MAX {
         let Some(more) = set_apart(&quiet, &selection.fitted) else { break };
+        off.extend(furthest_first(&quiet, &more));
         quiet = among(&quiet, &more.quiet);
         selection = select(&quiet, catalogue);
     }
@@ -81,12 +83,13 @@ pub(super) fn reachable_on_quiet_runs(
         true => of(&on_quiet) < LESS_ON_TRACKS * of(on_all),
         false => is_less_beyond_chance(both),
     };
-    let name = |run: &usize| prepared.runs[*run].recording.name.clone();
-    is_less.then(|| QuietRuns {
-        reachable: on_quiet,
-        off: first.loud.iter().rev().map(name).collect(),
-        differ_by: first.regressor(prepared),
-    })
+    is_less.then(|| QuietRuns { reachable: on_quiet, off, differ_by: first.regressor(prepared) })
+}
+
+/// The names of the runs that are off, the one that is furthest off first.
+fn furthest_first(prepared: &Prepared, divided: &Divided) -> Vec<String> {
+    let names = divided.loud.iter().rev().map(|run| prepared.runs[*run].recording.name.clone());
+    names.collect()
 }
 
 /// How far tracks of some runs are off.

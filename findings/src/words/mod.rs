@@ -19,8 +19,8 @@ mod model;
 pub mod motors;
 
 pub use answer::{
-    clocks, depends_on, evidence, expression, lacking, net_change, predicted, reason, runs_off,
-    second_opinion, worth,
+    clocks, depends_on, drive_again, error_floor, evidence, expression, lacking, net_change,
+    predicted, reason, runs_off, second_opinion, worth,
 };
 pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};

@@ -115,7 +115,8 @@ fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
         };
         row((number + 1).to_string(), name, &step.cross_validated, probability(step.p_value));
     }
-    row(String::new(), "error floor: any model at all".into(), &answer.reachable, String::new());
+    let floor = words::error_floor(&answer.unexplained);
+    row(String::new(), floor.into(), &answer.reachable, String::new());
     table.say(0);
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use findings::words;
 use robot_model::effect::{ActsOn, find};
 use robot_model::explain::{Answer, NextRun};
 
@@ -20,6 +21,9 @@ pub(crate) fn no_next_run(answer: &Answer) -> String {
             format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(" or "))
         })
         .collect();
+    if let (true, Some(again)) = (open.is_empty(), words::drive_again(&answer.unexplained)) {
+        return again;
+    }
     if open.is_empty() && answer.unexplained.structure {
         return "No run can be suggested for what is still unexplained: no effect of the catalogue has that shape.".into();
     }
@@ -146,6 +150,8 @@ mod tests {
         unexplained.unexplained.structure = true;
         let said = no_next_run(&unexplained);
         assert!(said.contains("still unexplained") && !said.contains("No further run"), "{said}");
+        unexplained.unexplained.runs_off = vec!["loaded".to_owned()];
+        assert!(no_next_run(&unexplained).starts_with("Drive loaded again"));
         let said = no_next_run(&answer(&["scrub", "slope", "side_slip"]));
         assert_eq!(
             said,

@@ -22,7 +22,7 @@ pub(super) fn draw(report: &CampaignReport<'_>) -> String {
     let mut html = String::new();
     legend(&mut html, before(report.answer), true);
     html.push_str("<div class=\"grid\">");
-    for index in chosen(report.paths[0]) {
+    for index in chosen(report.paths[0], &report.answer.unexplained.runs_off) {
         panel(&mut html, &report.paths[0][index], &report.paths[1][index]);
     }
     html.push_str("</div>\n");
@@ -47,8 +47,8 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// The worst runs, kinds in turn, in the order of the campaign.
-fn chosen(paths: &[Path]) -> Vec<usize> {
+/// The runs that are off by far more than the others, then the worst of each kind in turn; in the order of the campaign.
+fn chosen(paths: &[Path], off: &[String]) -> Vec<usize> {
     let mut by_kind: Vec<(RunKind, Vec<usize>)> = Vec::new();
     let mut all: Vec<usize> =
         (0..paths.len()).filter(|i| size_m(&paths[*i]) > SIZE_MIN_M).collect();
@@ -63,7 +63,10 @@ fn chosen(paths: &[Path]) -> Vec<usize> {
     let most = by_kind.iter().map(|(_, of_kind)| of_kind.len()).max().unwrap_or(0);
     let turns =
         (0..most).flat_map(|turn| by_kind.iter().filter_map(move |(_, of_kind)| of_kind.get(turn)));
-    let mut chosen: Vec<usize> = turns.copied().take(PANELS).collect();
+    let (mut chosen, others): (Vec<usize>, Vec<usize>) =
+        turns.copied().partition(|index| off.contains(&paths[*index].run));
+    chosen.extend(others);
+    chosen.truncate(PANELS);
     chosen.sort_unstable();
     chosen
 }
@@ -84,7 +87,7 @@ fn panel(html: &mut String, nominal: &Path, model: &Path) {
 
 /// The largest few runs of a drawing that stands alone, side by side: each `WIDTH` x `HEIGHT`.
 pub(super) fn worst(report: &CampaignReport<'_>, most: usize) -> Vec<(String, String)> {
-    let mut indices = chosen(report.paths[0]);
+    let mut indices = chosen(report.paths[0], &report.answer.unexplained.runs_off);
     let off = |i: &usize| rms_m(&report.paths[0][*i]);
     indices.sort_by(|a, b| off(b).total_cmp(&off(a)));
     let mut kinds = Vec::new();
@@ -232,4 +235,26 @@ impl View {
 
 fn bar_text(metres: f64) -> String {
     if metres < 0.1 { format!("{} mm", number(metres * 1e3, 0)) } else { format!("{metres} m") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_that_are_off_are_drawn_though_others_err_more_before() {
+        let path = |index: usize| Path {
+            run: format!("run_{index}"),
+            kind: RunKind::Straight,
+            held_out: false,
+            measured_m: vec![[0.0, 0.0], [1.0, 0.0]],
+            predicted_m: vec![[0.0, 0.0], [1.0, 1e-3 * index as f64]],
+            way_m: Vec::new(),
+        };
+        let paths: Vec<Path> = (0..20).map(path).collect();
+        let worst: Vec<usize> = (11..20).collect();
+        assert_eq!(chosen(&paths, &[]), worst);
+        let with_off = [&[3], &worst[1..]].concat();
+        assert_eq!(chosen(&paths, &["run_3".to_owned()]), with_off);
+    }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use findings::words;
 use robot_model::estimation::Errors;
 
 use super::campaign_report::{CampaignReport, before};
@@ -139,7 +140,7 @@ fn rows(report: &CampaignReport<'_>, layout: &Layout) -> Vec<Row> {
         rows.push(Row::new(y, name, p, [step.fitted, step.cross_validated], layout));
     }
     let y = rows.last().map_or(TOP, Row::end);
-    let reachable = vec!["error floor: any model at all".into()];
+    let reachable = vec![words::error_floor(&answer.unexplained).into()];
     rows.push(Row::new(y, reachable, String::new(), [answer.reachable; 2], layout));
     rows
 }

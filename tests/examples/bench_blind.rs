@@ -5,6 +5,7 @@
 //!     --case I        only this case, with its answer
 //!     --only KIND     only cases of one kind: strong, medium, weak, two, nothing, nuisance, outside
 //!     --plant NAME    only robots of one plant: forces, kinematic
+//!     --hidden EFFECT only robots that hide this effect, alone or with another one: lost_counts
 //!     --hard NAME     only campaigns that are hard in one way: none, geometry, wobble, clock, ends
 //!     --keep DIR      writes the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
 //! ```
@@ -35,6 +36,7 @@ struct Arguments {
     only: Option<Kind>,
     plant: Option<Plant>,
     hard: Option<Hard>,
+    hidden: Option<String>,
     keep: Option<PathBuf>,
     keep_all: bool,
 }
@@ -45,7 +47,7 @@ fn main() -> ExitCode {
         Err(why) => {
             eprintln!(
                 "{why}\nusage: bench_blind [--seed S] [--campaigns N] [--case I] [--only KIND] [--plant NAME] \
-                 [--hard NAME] [--keep DIR] [--keep-all]"
+                 [--hard NAME] [--hidden EFFECT] [--keep DIR] [--keep-all]"
             );
             return ExitCode::from(2);
         }
@@ -56,6 +58,12 @@ fn main() -> ExitCode {
         .filter(|case| arguments.only.is_none_or(|kind| case.kind == kind))
         .filter(|case| arguments.plant.is_none_or(|plant| case.plant == plant))
         .filter(|case| arguments.hard.is_none_or(|hard| case.hard == hard))
+        .filter(|case| {
+            arguments
+                .hidden
+                .as_ref()
+                .is_none_or(|id| case.effects.iter().any(|effect| effect.id() == id))
+        })
         .collect();
     println!("{} campaigns, seed {}", chosen.len(), arguments.seed);
     let began = Instant::now();
@@ -218,6 +226,7 @@ fn arguments() -> Result<Arguments, String> {
         only: None,
         plant: None,
         hard: None,
+        hidden: None,
         keep: None,
         keep_all: false,
     };
@@ -241,6 +250,7 @@ fn arguments() -> Result<Arguments, String> {
                 let names = Hard::TURNS.map(|hard| (hard.name(), hard));
                 arguments.hard = Some(one_of(&names, &value()?)?);
             }
+            "--hidden" => arguments.hidden = Some(value()?),
             "--only" => arguments.only = Some(one_of(&KINDS, &value()?)?),
             _ => return Err(format!("unknown argument {word}")),
         }

@@ -81,6 +81,37 @@ impl Effect for LeftLoses {
     }
 }
 
+/// Thin lines of the wheels' discs that are lost above a rate of their own: each wheel loses counts in steps.
+#[derive(Debug)]
+struct ThinLines;
+
+impl Effect for ThinLines {
+    fn facts(&self) -> Facts<'_> {
+        static FACTS: Facts<'static> = Facts {
+            id: "thin_lines",
+            parameters: &[Parameter::amplitude("k", "1", 1.0)],
+            ..Facts::DEFAULT
+        };
+        FACTS
+    }
+
+    fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _: &mut Memory) -> Change {
+        // What each line takes, in steps of one, and the rate [rad/s] from which it does.
+        let of = |speed_mps: f64, lines: &[f64]| {
+            let rate = speed_mps.abs() / step.wheel_radius_m;
+            lines.iter().filter(|from| rate > **from).count() as f64
+        };
+        let WheelPair { left, right } = step.wheel_speed_mps;
+        Change {
+            travel: WheelPair::new(
+                p[0] * of(left, &[3.6, 3.8, 4.4, 4.5, 4.7, 5.9, 6.0, 6.3, 6.4, 7.9]),
+                p[0] * of(right, &[4.0, 4.1, 5.1, 5.2, 5.4, 5.7, 7.3, 7.4, 8.0, 8.2]),
+            ),
+            ..Change::NONE
+        }
+    }
+}
+
 /// A round puddle in which a wheel loses travel, as it loses none beside it.
 #[derive(Debug)]
 struct Puddle([f64; 2]);
@@ -169,6 +200,16 @@ fn counts_that_one_wheel_alone_loses_do_not_pass_for_noise() {
     for (from_rad_s, seed) in [(4.0, 110), (5.0, 110), (4.0, 111)] {
         let hidden = LeftLoses(from_rad_s);
         let (sound, model, least, answer) = compared(&[Term::new(&hidden, vec![0.004])], seed);
+        assert!(least < 1.15 * sound, "{least} of {sound}");
+        assert!(model < 1.2 * sound || answer.unexplained.structure, "{model} of {sound}");
+    }
+}
+
+#[test]
+fn counts_that_are_lost_in_steps_do_not_pass_for_noise() {
+    for seed in 0..2 {
+        let (sound, model, least, answer) =
+            compared(&[Term::new(&ThinLines, vec![0.002])], 112 + seed);
         assert!(least < 1.15 * sound, "{least} of {sound}");
         assert!(model < 1.2 * sound || answer.unexplained.structure, "{model} of {sound}");
     }

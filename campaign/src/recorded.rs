@@ -38,6 +38,6 @@ impl Campaign {
 }
 
 /// A run's name without its number.
-fn plain(name: &str) -> &str {
+pub(crate) fn plain(name: &str) -> &str {
     name.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches('_')
 }

@@ -169,7 +169,9 @@ pub fn on_plan(error: &PlanError) -> String {
         PlanError::RunTooLong { .. } => {
             "a run may take an hour: check speeds, distances and turns in the plan".into()
         }
-        PlanError::UnknownKind(_) => format!("one of: {}", run_kinds::kinds().join("; ")),
+        PlanError::UnknownKind(_) => {
+            format!("a run of the campaign's plan, or one of: {}", run_kinds::kinds().join("; "))
+        }
         PlanError::RunTooLarge { .. } => {
             "choose another kind of run, or give the free floor with --floor".into()
         }

@@ -161,6 +161,10 @@ fn a_single_kind_of_run_as_explain_suggests_it_is_added_to_a_campaign() {
     let last = Campaign::read(&temp.path("robot")).unwrap().runs.pop().unwrap();
     assert_eq!(last.name, "08_straight");
     assert!((10.5..13.0).contains(&last.rows.last().unwrap().t_s), "{:?}", last.rows.last());
+    // A run of the plan once more, by the name that `explain` calls it by.
+    temp.run("campaign record robot --run 02_b").ok();
+    let last = Campaign::read(&temp.path("robot")).unwrap().runs.pop().unwrap();
+    assert_eq!(last.name, "09_b_2");
     // The campaign's own plan is as it was, and complete.
     let again = temp.run("campaign record robot").ok();
     assert!(again.stdout.contains("complete: it has all 3 runs"), "{again:#?}");

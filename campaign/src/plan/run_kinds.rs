@@ -11,6 +11,7 @@ use super::default_plan::PlanSettings;
 use super::file::plan_path;
 use super::floor::Floor;
 use super::{CampaignPlan, PlanError, PlannedRun};
+use crate::recorded::plain;
 use crate::{Campaign, Row};
 
 /// Runs to add to a campaign.
@@ -86,6 +87,29 @@ fn check_floor(run: &PlannedRun, settings: &PlanSettings) -> Result<(), PlanErro
     Err(PlanError::RunTooLarge { kind: run.kind.clone(), needed_m: needed.map(up), floor_m: there })
 }
 
+/// Names that no run has yet.
+struct FreeNames(Vec<String>);
+
+impl FreeNames {
+    /// This name, with a number behind it if it is taken.
+    fn of(&mut self, name: &str) -> String {
+        let numbered = (1..).map(|n| if n == 1 { name.into() } else { format!("{name}_{n}") });
+        let free: String =
+            numbered.into_iter().find(|name| !self.0.contains(name)).unwrap_or_default();
+        self.0.push(free.clone());
+        free
+    }
+}
+
+/// A run of the campaign's plan once more, by its name there or as it was recorded. `taken` are the names that the
+/// campaign has already.
+pub fn once_more(name: &str, plan: &CampaignPlan, taken: &[String]) -> Option<ExtraRuns> {
+    let run = plan.runs.iter().find(|run| run.name == name || run.name == plain(name))?;
+    let name = FreeNames(taken.to_vec()).of(&run.name);
+    let runs = vec![PlannedRun { name, ..run.clone() }];
+    Some(ExtraRuns { plan: CampaignPlan { runs, ..*plan }, later_s: 0.0 })
+}
+
 /// The runs of a kind. `taken` are the names that the campaign has already.
 pub fn runs_of(
     kind: &str,
@@ -117,18 +141,11 @@ pub fn runs_of(
     let slug: String =
         kind.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     let slug = slug.replace("__", "_");
-    let mut taken = taken.to_vec();
-    let mut free = |slug: &str| {
-        let numbered = (1..).map(|n| if n == 1 { slug.into() } else { format!("{slug}_{n}") });
-        let name: String =
-            numbered.into_iter().find(|name| !taken.contains(name)).unwrap_or_default();
-        taken.push(name.clone());
-        name
-    };
+    let mut names = FreeNames(taken.to_vec());
     let runs: Vec<_> = runs
         .into_iter()
         .map(|(heading_rad, payload_kg, pieces)| PlannedRun {
-            name: free(&slug),
+            name: names.of(&slug),
             kind: kind.into(),
             heading_rad,
             payload_kg,
@@ -181,6 +198,20 @@ mod tests {
             (hour.later_s, hour.plan.runs[0].name.as_str()),
             (3600.0, "out_and_back_an_hour_later")
         );
+    }
+
+    #[test]
+    fn a_run_of_the_plan_is_driven_once_more_by_its_name_or_its_recordings() {
+        let plan = CampaignPlan::usual(&PlanSettings::default()).unwrap();
+        let planned = plan.runs.last().unwrap();
+        let taken: Vec<String> = plan.runs.iter().map(|run| run.name.clone()).collect();
+        for name in [planned.name.clone(), format!("21_{}", planned.name)] {
+            let again = once_more(&name, &plan, &taken).unwrap();
+            let named = format!("{}_2", planned.name);
+            assert_eq!(again.plan.runs, [PlannedRun { name: named, ..planned.clone() }]);
+            assert_eq!(again.plan.acceleration_mps2, plan.acceleration_mps2);
+        }
+        assert_eq!(once_more("21_loop", &plan, &taken), None);
     }
 
     #[test]

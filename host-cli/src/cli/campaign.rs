@@ -35,6 +35,7 @@ Kinds of single runs (--run), as `explain` suggests them:
   \"arcs both ways\", \"straights at three speeds\", \"arcs of two radii\", \"arcs at two speeds\",
   square, \"square both ways\", \"out-and-back in four headings\",
   \"out-and-back with and without a load\", \"out-and-back, an hour later\"
+The name of a run of the campaign's plan drives that run once more.
 
 Examples:
   beeline campaign record my-robot
@@ -107,7 +108,7 @@ pub struct CampaignRecordArgs {
     /// What to plan for.
     #[command(flatten)]
     pub plan: PlanArgs,
-    /// Record only runs of this kind, and add them to the campaign.
+    /// Record only runs of this kind, or a run of the plan once more, and add them to the campaign.
     #[arg(long, value_name = "KIND", conflicts_with = "plan")]
     pub run: Option<String>,
     /// camera, ask, track:FILE or none.

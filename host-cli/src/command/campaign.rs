@@ -16,7 +16,7 @@ use crate::port::with_robot;
 use crate::ui::{self, BOLD, DIM, GOOD, Progress, note, paint, say, say_text, warn};
 use campaign::Campaign;
 use campaign::file::{check_writable, write_whole};
-use campaign::plan::run_kinds::{ExtraRuns, fastest_mps, runs_of};
+use campaign::plan::run_kinds::{ExtraRuns, fastest_mps, kinds, once_more, runs_of};
 use campaign::plan::{CampaignPlan, Floor, PlanSettings, PlannedRun, plan_path};
 
 pub(super) fn run(common: &Common, command: &CampaignCommand) -> Result<()> {
@@ -247,7 +247,10 @@ fn what_to_record(
             // `explain` plans with the same least speed for a campaign in which nothing moved.
             asked.speeds_mps[1] = mps.max(0.05).min(config.limits.speed_mps_max);
         }
-        let ExtraRuns { plan, later_s } = runs_of(kind, &asked, &taken)?;
+        let ExtraRuns { plan, later_s } = match of_the_plan(kind, folder, &taken)? {
+            Some(again) => again,
+            None => runs_of(kind, &asked, &taken)?,
+        };
         let runs_there = Some(taken.len());
         return Ok((plan, RecordSettings { whole: false, later_s, runs_there, ..settings }));
     }
@@ -258,6 +261,15 @@ fn what_to_record(
         plan_of(&args.plan, config)?
     };
     Ok((plan, settings))
+}
+
+/// A run of the folder's own plan once more, unless the name is that of a kind.
+fn of_the_plan(name: &str, folder: &Path, taken: &[String]) -> Result<Option<ExtraRuns>> {
+    let file = plan_path(folder);
+    if kinds().contains(&name) || !file.exists() {
+        return Ok(None);
+    }
+    Ok(once_more(name, &CampaignPlan::read(&file)?, taken))
 }
 
 /// Tells the user how far the campaign is.

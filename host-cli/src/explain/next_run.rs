@@ -10,6 +10,8 @@ use super::context::AnswerContext;
 use crate::cli::Common;
 use crate::escape::{shell, shell_path};
 use crate::port::Port;
+use campaign::plan::run_kinds::once_more;
+use campaign::plan::{CampaignPlan, plan_path};
 use campaign::{Campaign, RobotFile};
 
 /// The sentence where no run is suggested.
@@ -85,12 +87,58 @@ pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
     )
 }
 
+/// The command line that drives the run once more that is off furthest, if the campaign's folder has a plan with it.
+pub(crate) fn drive_again_command(answer: &Answer, context: &AnswerContext<'_>) -> Option<String> {
+    let (folder, off) = (Path::new(&context.campaign), &answer.unexplained.runs_off);
+    if off.is_empty() || answer.next_run.is_some() {
+        return None;
+    }
+    let plan = CampaignPlan::read(&plan_path(folder)).ok()?;
+    let run = off.iter().find(|run| once_more(run, &plan, &[]).is_some())?;
+    Some(format!(
+        "beeline campaign record {} --run {} {}",
+        shell_path(folder),
+        shell(run),
+        context.robot_options
+    ))
+}
+
 #[cfg(test)]
 mod tests {
+    use campaign::plan::PlanSettings;
     use findings::empty_answer::{nothing_found, step_of};
     use robot_model::explain::{CandidateKind, PredictedSeparation};
 
     use super::*;
+
+    fn context(campaign: &str, robot_options: &str) -> AnswerContext<'static> {
+        AnswerContext {
+            robot: "r",
+            campaign: campaign.into(),
+            robot_options: robot_options.into(),
+            runs: 3,
+            catalogue: &[],
+            combinations: Vec::new(),
+            in_model: &[],
+            nominal_m: [0.036, 0.372],
+        }
+    }
+
+    #[test]
+    fn a_run_that_is_off_is_driven_again_if_the_plan_has_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let context = context(folder.path().to_str().unwrap(), "--port PORT");
+        let mut answer = nothing_found();
+        answer.unexplained.runs_off = vec!["22_spin_2".into(), "07_spin_slow_right".into()];
+        assert_eq!(drive_again_command(&answer, &context), None, "there is no plan");
+        let plan = CampaignPlan::usual(&PlanSettings::default()).unwrap();
+        std::fs::write(plan_path(folder.path()), plan.to_toml()).unwrap();
+        let command = drive_again_command(&answer, &context).unwrap();
+        assert!(command.starts_with("beeline campaign record "), "{command}");
+        assert!(command.ends_with(" --run 07_spin_slow_right --port PORT"), "{command}");
+        answer.unexplained.runs_off.clear();
+        assert_eq!(drive_again_command(&answer, &context), None);
+    }
 
     #[test]
     fn the_next_run_goes_to_the_robot_that_was_recorded_or_to_the_port_that_was_given() {
@@ -120,16 +168,7 @@ mod tests {
             separates: separates.iter().map(|id| (*id).to_owned()).collect(),
             predicted: PredictedSeparation::default(),
         };
-        let context = |robot_options: &str| AnswerContext {
-            robot: "r",
-            campaign: "my robot".into(),
-            robot_options: robot_options.into(),
-            runs: 3,
-            catalogue: &[],
-            combinations: Vec::new(),
-            in_model: &[],
-            nominal_m: [0.036, 0.372],
-        };
+        let context = |robot_options: &str| context("my robot", robot_options);
         let gyro = next(&["gyro_bias", "gyro_scale"]);
         let command = next_run_command(&gyro, &context("--port PORT"));
         assert_eq!(

@@ -19,7 +19,9 @@ use super::look_ahead::LookAhead;
 use super::request::ModelRequest;
 use crate::error::Result;
 use crate::escape::shell_path;
-use crate::explain::{AnswerContext, headline, next_run_command, no_next_run, progress_line};
+use crate::explain::{
+    AnswerContext, drive_again_command, headline, next_run_command, no_next_run, progress_line,
+};
 use crate::fit_cache::{FitCache, Question};
 use crate::{json as shared, words};
 
@@ -299,7 +301,10 @@ impl Workbench {
                 ),
                 "command": next_run_command(next, &context),
             }),
-            None => json!({"words": no_next_run(answer), "command": null}),
+            None => json!({
+                "words": no_next_run(answer),
+                "command": drive_again_command(answer, &context),
+            }),
         };
         let named = words::depends_on(&answer.unexplained);
         value["depends_on_words"] = json!(named);

@@ -32,7 +32,8 @@ use crate::calibration_page::drawing::{COLOURS, STYLE};
 use crate::calibration_page::page::PAGE_STYLE;
 use crate::escape::html as escape;
 use crate::explain::{
-    errors_text, gyro_words, headline, next_run_command, no_next_run, on_held_out,
+    drive_again_command, errors_text, gyro_words, headline, next_run_command, no_next_run,
+    on_held_out,
 };
 use crate::words;
 
@@ -239,7 +240,15 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
             );
         }
         None => {
-            let _ = writeln!(html, "<p>{}</p>", escape(&no_next_run(report.answer)));
+            let words = escape(&no_next_run(report.answer));
+            let _ = match drive_again_command(report.answer, report.context) {
+                Some(command) => writeln!(
+                    html,
+                    "<div class=\"next\"><p>{words}</p><code>{}</code></div>",
+                    escape(&command)
+                ),
+                None => writeln!(html, "<p>{words}</p>"),
+            };
         }
     }
 }

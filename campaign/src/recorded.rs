@@ -37,7 +37,7 @@ impl Campaign {
     }
 }
 
-/// A run's name without its number.
-pub(crate) fn plain(name: &str) -> &str {
+/// A run's name without its number: `07_spin_2` is `spin_2`.
+pub fn plain(name: &str) -> &str {
     name.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches('_')
 }

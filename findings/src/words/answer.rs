@@ -226,47 +226,6 @@ pub fn predicted(predicted: &PredictedSeparation) -> String {
     text
 }
 
-/// Which runs are off by far more than the others, if any are.
-pub fn runs_off(unexplained: &Unexplained) -> Option<String> {
-    let off = &unexplained.runs_off;
-    let are = if off.len() == 1 { "is" } else { "are" };
-    let text = format!("{} {are} off by far more than the other runs", some_named(off));
-    (!off.is_empty()).then_some(text)
-}
-
-/// What to drive next if some runs are off by far more than the others: what happened once does not happen again.
-pub fn drive_again(unexplained: &Unexplained) -> Option<String> {
-    let off = &unexplained.runs_off;
-    let (is, their) = if off.len() == 1 { ("it is", "its") } else { ("they are", "their") };
-    let text = format!(
-        "Drive {} again: if {is} off again, {their} motion, load or place is the cause; if not, a wheel slipped \
-         or the robot was pushed this once.",
-        some_named(off)
-    );
-    (!off.is_empty()).then_some(text)
-}
-
-/// The first few of these names, and how many more there are.
-fn some_named(all: &[String]) -> String {
-    let (named, more) = all.split_at(all.len().min(RUNS_NAMED));
-    let mut names = named.to_vec();
-    if !more.is_empty() {
-        names.push(format!("{} more", more.len()));
-    }
-    super::listed(&names)
-}
-
-/// What the error floor is that of.
-pub fn error_floor(unexplained: &Unexplained) -> &'static str {
-    match unexplained.runs_off.is_empty() {
-        true => "error floor: any model at all",
-        false => "error floor of the other runs",
-    }
-}
-
-/// At most so many runs are named.
-const RUNS_NAMED: usize = 4;
-
 /// What the residuals depend on, in a line.
 pub fn depends_on(unexplained: &Unexplained) -> String {
     let word = |regressor: &Regressor| match unexplained.place_m {
@@ -365,26 +324,6 @@ mod tests {
         ] {
             assert_eq!(three_digits(value), text);
         }
-    }
-
-    #[test]
-    fn runs_that_are_off_are_named() {
-        let off = |names: &[&str]| {
-            let runs_off = names.iter().map(|name| (*name).to_owned()).collect();
-            Unexplained { runs_off, ..Unexplained::default() }
-        };
-        let of = |names: &[&str]| super::runs_off(&off(names));
-        let text = |who: &str| Some(format!("{who} off by far more than the other runs"));
-        assert_eq!(of(&[]), None);
-        assert_eq!(of(&["loaded"]), text("loaded is"));
-        assert_eq!(of(&["a", "b"]), text("a and b are"));
-        let six = ["a", "b", "c", "d", "e", "f"];
-        assert_eq!(of(&six), text("a, b, c, d and 2 more are"));
-        assert_eq!(super::drive_again(&off(&[])), None);
-        let again = super::drive_again(&off(&["loaded"])).unwrap();
-        assert!(again.starts_with("Drive loaded again: if it is off again, its motion"), "{again}");
-        let again = super::drive_again(&off(&six)).unwrap();
-        assert!(again.starts_with("Drive a, b, c, d and 2 more again: if they are off"), "{again}");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! | file | what it puts into words |
 //! | --- | --- |
 //! | `answer.rs` | what `explain` answers: the evidence for an effect, why one was rejected, the next run |
+//! | `runs_off.rs` | runs that are off by far more than the others |
 //! | `model.rs` | the verdict on an effect of a chosen model |
 //! | `comparison.rs` | regimes, axes, and the main finding of a comparison |
 //! | `motors.rs` | what the motors lack |
@@ -17,15 +18,17 @@ mod comparison;
 mod errors;
 mod model;
 pub mod motors;
+mod runs_off;
 
 pub use answer::{
-    clocks, depends_on, drive_again, error_floor, evidence, expression, lacking, net_change,
-    predicted, reason, runs_off, second_opinion, worth,
+    clocks, depends_on, evidence, expression, lacking, net_change, predicted, reason,
+    second_opinion, worth,
 };
 pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};
 pub use errors::{out_and_back_error, track_fit_error, wheel_weight_error};
 pub use model::verdict;
+pub use runs_off::{drive_again, error_floor, runs_off};
 
 /// `a`, `a and b`, `a, b and c`.
 pub fn listed(names: &[String]) -> String {

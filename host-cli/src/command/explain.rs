@@ -87,7 +87,7 @@ pub(super) fn answer_context<'a>(
         robot: &read.robot.name,
         campaign: folder.to_string_lossy().into_owned(),
         robot_options: next_run_options(common, read),
-        runs: campaign.fitted_runs().count(),
+        runs: campaign.fitted_runs().map(|run| run.name.clone()).collect(),
         catalogue,
         in_model: &[],
         combinations: Vec::new(),

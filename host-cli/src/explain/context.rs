@@ -13,8 +13,8 @@ pub struct AnswerContext<'a> {
     pub campaign: String,
     /// The options that reach the robot for the next run, as the user would write them.
     pub robot_options: String,
-    /// How many runs a model is fitted to.
-    pub runs: usize,
+    /// The runs that a model is fitted to.
+    pub runs: Vec<String>,
     /// All candidate effects.
     pub catalogue: &'a [&'a dyn Effect],
     /// The effects that the user's model has already.
@@ -28,7 +28,7 @@ pub struct AnswerContext<'a> {
 impl<'a> AnswerContext<'a> {
     /// As much of it as the main finding needs.
     pub fn asked(&self) -> Asked<'a> {
-        Asked { runs: self.runs, catalogue: self.catalogue, nominal_m: self.nominal_m }
+        Asked { runs: self.runs.len(), catalogue: self.catalogue, nominal_m: self.nominal_m }
     }
 
     pub(crate) fn facts(&self, id: &str) -> Option<Facts<'a>> {

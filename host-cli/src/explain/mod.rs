@@ -91,7 +91,7 @@ fn fitted_along(answer: &Answer) {
 fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     let most = answer.baseline.cross_validated.position_rms_m.max(f64::MIN_POSITIVE);
     let mut table = Table::new("llrrrl");
-    let heads = ["", kind_of_error(context.runs), "position", "heading", "p", ""];
+    let heads = ["", kind_of_error(context.runs.len()), "position", "heading", "p", ""];
     table.row(heads.map(|text| Cell::styled(DIM, text)));
     let mut row = |number: String, name: String, errors: &Errors, p: String| {
         let length =
@@ -273,7 +273,7 @@ fn next_run(answer: &Answer, context: &AnswerContext<'_>) {
             say(format_args!("   {}", next_run_command(next, context)));
         }
         None => {
-            wrapped(&no_next_run(answer), LINE).iter().for_each(say);
+            wrapped(&no_next_run(answer, context), LINE).iter().for_each(say);
             let again = drive_again_command(answer, context);
             again.iter().for_each(|command| say(format_args!("   {command}")));
         }

@@ -15,7 +15,7 @@ use campaign::plan::{CampaignPlan, plan_path};
 use campaign::{Campaign, RobotFile};
 
 /// The sentence where no run is suggested.
-pub(crate) fn no_next_run(answer: &Answer) -> String {
+pub(crate) fn no_next_run(answer: &Answer, context: &AnswerContext<'_>) -> String {
     let open = answer.steps.iter().filter(|step| step.class.len() > 1);
     let open: Vec<String> = open
         .map(|step| {
@@ -23,7 +23,8 @@ pub(crate) fn no_next_run(answer: &Answer) -> String {
             format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(" or "))
         })
         .collect();
-    if let (true, Some(again)) = (open.is_empty(), words::drive_again(&answer.unexplained)) {
+    let again = words::drive_again(&answer.unexplained, &context.runs);
+    if let (true, Some(again)) = (open.is_empty(), again) {
         return again;
     }
     if open.is_empty() && answer.unexplained.structure {
@@ -116,7 +117,7 @@ mod tests {
             robot: "r",
             campaign: campaign.into(),
             robot_options: robot_options.into(),
-            runs: 3,
+            runs: Vec::new(),
             catalogue: &[],
             combinations: Vec::new(),
             in_model: &[],
@@ -183,15 +184,16 @@ mod tests {
 
     #[test]
     fn effects_that_no_run_tells_apart_are_named() {
+        let no_next = |answer: &Answer| no_next_run(answer, &context("r", "--port sim"));
         let answer = |class: &[&str]| Answer { steps: vec![step_of(class)], ..nothing_found() };
-        assert!(no_next_run(&answer(&["scrub"])).contains("No further run"));
+        assert!(no_next(&answer(&["scrub"])).contains("No further run"));
         let mut unexplained = answer(&["scrub"]);
         unexplained.unexplained.structure = true;
-        let said = no_next_run(&unexplained);
+        let said = no_next(&unexplained);
         assert!(said.contains("still unexplained") && !said.contains("No further run"), "{said}");
         unexplained.unexplained.runs_off = vec!["loaded".to_owned()];
-        assert!(no_next_run(&unexplained).starts_with("Drive loaded again"));
-        let said = no_next_run(&answer(&["scrub", "slope", "side_slip"]));
+        assert!(no_next(&unexplained).starts_with("Drive loaded again"));
+        let said = no_next(&answer(&["scrub", "slope", "side_slip"]));
         assert_eq!(
             said,
             "No run that beeline can plan distinguishes scrub from slope or side_slip."

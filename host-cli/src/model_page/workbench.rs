@@ -286,7 +286,7 @@ impl Workbench {
             robot: &robot.name,
             campaign: self.folder.to_string_lossy().into_owned(),
             robot_options: self.robot_options.clone(),
-            runs: self.campaign.fitted_runs().count(),
+            runs: self.campaign.fitted_runs().map(|run| run.name.clone()).collect(),
             catalogue,
             in_model: &[],
             combinations: Vec::new(),
@@ -302,7 +302,7 @@ impl Workbench {
                 "command": next_run_command(next, &context),
             }),
             None => json!({
-                "words": no_next_run(answer),
+                "words": no_next_run(answer, &context),
                 "command": drive_again_command(answer, &context),
             }),
         };

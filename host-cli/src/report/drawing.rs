@@ -28,7 +28,7 @@ pub fn to_svg(report: &CampaignReport<'_>) -> String {
          <text x=\"{MARGIN}\" y=\"62\">{name}, {}: each predicted by a fit to all others</text>\
          <g transform=\"translate({MARGIN} {fall_y})\">{fall}</g>",
         escape(&title(report.answer)),
-        crate::ui::runs(report.context.runs),
+        crate::ui::runs(report.context.runs.len()),
         w = Px(width),
         h = Px(height)
     );

@@ -86,7 +86,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     section(
         &mut html,
         "The error, effect by effect",
-        match report.context.runs {
+        match report.context.runs.len() {
             1 => {
                 "There is only one run: it is predicted by a fit to itself, and nothing can be cross-validated. Bars \
                 are root mean squares over the run; p is the probability that chance alone does as well."
@@ -125,7 +125,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
     unexplained(&mut html, report);
     advice(&mut html, report);
     rejected(&mut html, report);
-    let runs = crate::ui::runs(report.context.runs);
+    let runs = crate::ui::runs(report.context.runs.len());
     let _ = write!(
         html,
         "\n<footer>{runs}. The start pose of each run is free. \u{b1} is one standard error; intervals contain the truth \
@@ -145,7 +145,7 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
     let _ = write!(
         html,
         "<p class=\"sub\">{robot} \u{b7} {}</p>\n<h1>{title}",
-        crate::ui::runs(report.context.runs)
+        crate::ui::runs(report.context.runs.len())
     );
     if !answer.steps.is_empty() {
         let _ = write!(
@@ -240,7 +240,7 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
             );
         }
         None => {
-            let words = escape(&no_next_run(report.answer));
+            let words = escape(&no_next_run(report.answer, report.context));
             let _ = match drive_again_command(report.answer, report.context) {
                 Some(command) => writeln!(
                     html,

@@ -121,7 +121,7 @@ fn drawn_of(
         robot,
         campaign: "my robot".into(),
         robot_options: "--port sim".into(),
-        runs: 3,
+        runs: ["a", "b", "c"].map(str::to_owned).to_vec(),
         catalogue: &CATALOGUE,
         combinations: vec![Some("2.0 mm to the left per metre".into())],
         in_model: &[],

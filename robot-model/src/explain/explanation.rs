@@ -9,7 +9,7 @@ use crate::effect::definition::{ActsOn, Effect, Facts, Need};
 use crate::estimation::errors::{ErrorPair, Errors, cross_validated};
 use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
 use crate::estimation::gyro::heading_turned_rad;
-use crate::explain::answer::{Answer, Evidence, Reason, Rejected, StepFound};
+use crate::explain::answer::{Answer, Evidence, ParameterFound, Reason, Rejected, StepFound};
 use crate::explain::held_out;
 use crate::explain::model_averaging::{averaged, mean};
 use crate::explain::model_choice::{Choice, by_evidence, choose};
@@ -84,7 +84,8 @@ pub fn explain_observed(
     let errors_of = |prefix: &[Term<'_>]| errors(prepared, weights, &with_along(&choice, prefix));
     let baseline = errors_of(&prefix);
     let before = fit_parameters(prepared, with_along(&choice, &prefix), *weights).terms;
-    let step_of = |index: usize, after: ErrorPair| step(&choice, index, (after, &gains[index]));
+    let parameters = parameters(prepared, fitted, kept);
+    let step_of = |index: usize, after| step(&choice, index, &parameters, (after, &gains[index]));
     let known: Vec<StepFound> = known.into_iter().map(|index| step_of(index, baseline)).collect();
     let mut steps = Vec::new();
     for index in missing {
@@ -100,7 +101,7 @@ pub fn explain_observed(
     let (reachable, unexplained) = reachable_and_unexplained(&choice, &reached, catalogue);
     let rejected = rejected(&choice, known.iter().chain(&steps));
     let mean = mean(&choice);
-    let predicts_with = averaged(&choice, &mean);
+    let predicts_with = averaged(&choice, &parameters, &mean);
     let answer = Answer {
         known,
         baseline,
@@ -159,13 +160,17 @@ fn rejected<'s>(choice: &Choice<'_>, steps: impl Iterator<Item = &'s StepFound>)
         .collect()
 }
 
-fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, &TrackGain)) -> StepFound {
+fn step(
+    choice: &Choice<'_>,
+    index: usize,
+    parameters: &[Vec<ParameterFound>],
+    (after, gain): (ErrorPair, &TrackGain),
+) -> StepFound {
     let Choice { prepared, selection, classes, .. } = choice;
     let Selection { fitted, kept, screening, .. } = selection;
     let (test, class) = (&kept[index], &classes[index]);
     let term = &fitted.terms[index];
     let facts = term.effect.facts();
-    let parameters = parameters(prepared, fitted, index, test.dispersion);
     let mut members = vec![facts.id.to_owned()];
     members.extend(class.rivals.iter().map(|rival| rival.id().to_owned()));
     let evidence = Evidence {
@@ -185,7 +190,7 @@ fn step(choice: &Choice<'_>, index: usize, (after, gain): (ErrorPair, &TrackGain
     StepFound {
         effect: facts.id.to_owned(),
         class: members,
-        parameters,
+        parameters: parameters[index].clone(),
         fitted: after.fitted,
         cross_validated: after.cross_validated,
         p_value: test.p_value,

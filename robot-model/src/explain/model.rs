@@ -114,6 +114,7 @@ impl ModelFitter {
         let fitted = fit_from_best_starts(prepared, effects);
         let screening = Screening::new(prepared, &fitted, &CATALOGUE);
         let (kept, spoils) = (screening.kept(), screening.spoils_tracks(prepared));
+        let mut parameters = parameters(prepared, &fitted, &kept);
         let effects = effects
             .iter()
             .map(|effect| {
@@ -123,7 +124,7 @@ impl ModelFitter {
                 let test = &kept[index];
                 ModelEffect {
                     effect: id.to_owned(),
-                    parameters: parameters(prepared, &fitted, index, test.dispersion),
+                    parameters: core::mem::take(&mut parameters[index]),
                     verdict: EffectVerdict {
                         p_value: test.p_value,
                         cross_validated_gain: test.cross_validated_gain,

@@ -27,7 +27,6 @@ use crate::effect::definition::{FirmwareTerm, Group, Role};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::explain::answer::{Averaged, ParameterFound};
 use crate::explain::model_choice::Choice;
-use crate::explain::parameters::parameters;
 use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
 use crate::selection::candidates::penalty;
@@ -138,21 +137,25 @@ fn add<'a>(mean: &mut Vec<Term<'a>>, terms: &[Term<'a>], share: f64) {
 
 /// The mean model with intervals: whatever member of its class an effect may turn out to be, its value is between
 /// nothing and that of the member alone.
-pub(super) fn averaged(choice: &Choice<'_>, mean: &Mean<'_>) -> Vec<Averaged> {
-    let Choice { prepared, selection, classes, .. } = choice;
+///
+/// `parameters` are those of the effects chosen.
+pub(super) fn averaged(
+    choice: &Choice<'_>,
+    parameters: &[Vec<ParameterFound>],
+    mean: &Mean<'_>,
+) -> Vec<Averaged> {
+    let Choice { selection, classes, .. } = choice;
     let chosen = selection.fitted.terms.len();
     let entry = |(index, term): (usize, &Term<'_>)| {
         let facts = term.effect.facts();
-        let found = (index < chosen).then(|| {
-            parameters(prepared, &selection.fitted, index, selection.kept[index].dispersion)
-        });
+        let found = parameters.get(index);
         let in_class =
             index >= chosen || !(classes[index].rivals.is_empty() || is_of_umbmark(term));
         let member = mean.alone.iter().filter(|other| other.effect.facts().id == facts.id);
         let most = member.max_by(|a, b| a.values[0].abs().total_cmp(&b.values[0].abs()));
         let parameters = facts.parameters.iter().zip(&term.values).enumerate();
         let parameters = parameters.map(|(i, (parameter, value))| {
-            let (low95, high95) = match (&found, most) {
+            let (low95, high95) = match (found, most) {
                 (Some(found), _) if in_class => (found[i].low95.min(0.0), found[i].high95.max(0.0)),
                 (Some(found), _) => (found[i].low95, found[i].high95),
                 (None, Some(alone)) => (alone.values[i].min(0.0), alone.values[i].max(0.0)),

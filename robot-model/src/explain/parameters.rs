@@ -7,19 +7,32 @@ use crate::estimation::profile_likelihood::interval;
 use crate::explain::answer::ParameterFound;
 use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
+use crate::selection::effect_test::EffectTest;
 
-/// The parameters of one effect of a model. `dispersion`, the variance among runs over what their noise
-/// explains, widens the intervals.
+/// The parameters of each effect of a model, with what speaks for it. The dispersion of that, the variance among runs over
+/// what their noise explains, widens the intervals.
 pub(crate) fn parameters(
     prepared: &Prepared,
     fitted: &Fitted<'_>,
+    kept: &[EffectTest],
+) -> Vec<Vec<ParameterFound>> {
+    let jackknifed = jackknife(prepared, fitted);
+    let of = |(index, test): (usize, &EffectTest)| {
+        of_one(prepared, fitted, index, (test.dispersion, &jackknifed))
+    };
+    kept.iter().enumerate().map(of).collect()
+}
+
+/// The parameters of one effect.
+fn of_one(
+    prepared: &Prepared,
+    fitted: &Fitted<'_>,
     index: usize,
-    dispersion: f64,
+    (dispersion, jackknifed): (f64, &[f64]),
 ) -> Vec<ParameterFound> {
     let term = &fitted.terms[index];
     let first: usize = fitted.terms[..index].iter().map(|term| term.values.len()).sum();
     let parameters = term.effect.facts().parameters.iter().zip(&term.values).enumerate();
-    let jackknifed = jackknife(prepared, fitted);
     parameters
         .map(|(j, (parameter, value))| {
             let own = fitted.covariance[(first + j, first + j)].sqrt();

@@ -71,7 +71,7 @@ pub(crate) fn flexible(
     let patches = visited(prepared);
     let mut pool = pool(prepared, fitted, catalogue);
     pool.extend(of_regressor(Regressor::Place, &patches));
-    let search = GroupSearch { prepared, thinned: &thinned, takes_back: false, pool: &pool };
+    let search = GroupSearch::new((prepared, &thinned), false, &pool);
     let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
     let mut begun = search.with_groups_worth_adding(&model);
     if !search.is_lower(&begun, &model) {
@@ -97,7 +97,7 @@ pub(crate) fn reaching_further(
     let mut pool = pool(prepared, fitted, catalogue);
     pool.extend(of_regressor(Regressor::Place, &patches));
     pool.extend(of_regressor(Regressor::WheelSpeed, &rates));
-    let search = GroupSearch { prepared, thinned: &thinned, takes_back: true, pool: &pool };
+    let search = GroupSearch::new((prepared, &thinned), true, &pool);
     let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
     // What gains most likelihood may keep out what lowers displacements most: both begin once.
     let begun = search.with_groups_worth_adding(&model);

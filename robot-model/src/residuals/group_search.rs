@@ -6,6 +6,9 @@
 //!
 //! Where such groups together predict tracks worse, groups are chosen by displacements of runs left out (2).
 
+use std::cell::OnceCell;
+use std::rc::Rc;
+
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{Errors, TrackErrors, cross_validated, displacement_m, tracks};
@@ -46,15 +49,35 @@ pub(super) struct FlexibleFit<'a> {
 
 /// What the groups are chosen from, and by which runs.
 pub(super) struct GroupSearch<'c, 'a> {
-    pub prepared: &'c Prepared,
+    prepared: &'c Prepared,
     /// With fewer poses: the groups' shapes are wide.
-    pub thinned: &'c Prepared,
+    thinned: &'c Prepared,
     /// Whether a round of groups that leaves larger errors is taken back.
-    pub takes_back: bool,
-    pub pool: &'c [(Option<Regressor>, Term<'a>)],
+    takes_back: bool,
+    pool: &'c [(Option<Regressor>, Term<'a>)],
+    /// What is open beside the model alone, where a search begins more than once.
+    beside_model: OnceCell<Rc<OpenGroups<'a>>>,
 }
 
-impl<'a> GroupSearch<'_, 'a> {
+/// The groups that are not taken up, with the equations of a model and of all of them.
+struct OpenGroups<'a> {
+    /// Their places in the pool.
+    open: Vec<usize>,
+    /// The terms of the model, then theirs.
+    placed: Vec<PlacedTerm<'a>>,
+    equations: CampaignEquations,
+}
+
+impl<'c, 'a> GroupSearch<'c, 'a> {
+    /// Among the groups of this pool, on a campaign and on the same with fewer poses.
+    pub fn new(
+        (prepared, thinned): (&'c Prepared, &'c Prepared),
+        takes_back: bool,
+        pool: &'c [(Option<Regressor>, Term<'a>)],
+    ) -> Self {
+        Self { prepared, thinned, takes_back, pool, beside_model: OnceCell::new() }
+    }
+
     pub fn evaluated(
         &self,
         terms: Vec<Term<'a>>,
@@ -99,8 +122,7 @@ impl<'a> GroupSearch<'_, 'a> {
     pub fn with_groups_worth_adding(&self, fit: &FlexibleFit<'a>) -> FlexibleFit<'a> {
         let (mut last, mut best) = (fit.clone(), fit.clone());
         for _ in 0..ROUNDS_MAX {
-            let more =
-                groups_worth_adding(self.thinned, &last.terms, self.pool, &last.taken, &last.noise);
+            let more = self.groups_worth_adding(&last);
             if more.is_empty() {
                 break;
             }
@@ -130,65 +152,105 @@ impl<'a> GroupSearch<'_, 'a> {
         best
     }
 
-    /// The group that lowers displacements most by (2), if there is one.
-    fn lowers_tracks(&self, fit: &FlexibleFit<'a>) -> Option<usize> {
-        lowers_tracks(self.thinned, &fit.terms, self.pool, &fit.taken, &fit.noise)
+    /// What this fit may take up besides. A fit without groups is that of the model alone.
+    fn open_groups(&self, fit: &FlexibleFit<'a>) -> Rc<OpenGroups<'a>> {
+        let gather = || {
+            let open: Vec<usize> =
+                (0..self.pool.len()).filter(|index| !fit.taken.contains(index)).collect();
+            let groups = open.iter().map(|index| self.pool[*index].1.clone());
+            let all: Vec<Term<'a>> = fit.terms.iter().cloned().chain(groups).collect();
+            let placed = PlacedTerm::place(&all);
+            let equations = CampaignEquations::gather(self.thinned, &placed, &fit.noise);
+            Rc::new(OpenGroups { open, placed, equations })
+        };
+        if fit.taken.is_empty() { self.beside_model.get_or_init(gather).clone() } else { gather() }
     }
-}
 
-/// The groups that are worth adding to these terms, by their place in the pool.
-fn groups_worth_adding(
-    prepared: &Prepared,
-    terms: &[Term<'_>],
-    pool: &[(Option<Regressor>, Term<'_>)],
-    taken: &[usize],
-    noise: &OdometryNoise,
-) -> Vec<usize> {
-    let open: Vec<usize> = (0..pool.len()).filter(|index| !taken.contains(index)).collect();
-    let all: Vec<Term<'_>> =
-        terms.iter().cloned().chain(open.iter().map(|index| pool[*index].1.clone())).collect();
-    let placed = PlacedTerm::place(&all);
-    let equations = CampaignEquations::gather(prepared, &placed, noise);
-    let mut model: Vec<usize> =
-        placed[..terms.len()].iter().flat_map(PlacedTerm::columns).collect();
-    let shown = |column: &usize| {
-        // At its greatest it moves a pose by more than a sigma.
-        let spread = equations.priors[*column].spread;
-        equations.total.gram[(*column, *column)] * spread * spread > 1.0
-    };
-    let mut groups: Vec<(usize, Group)> = open
-        .iter()
-        .zip(&placed[terms.len()..])
-        .map(|(index, term)| {
-            let columns = term.amplitudes().into_iter().filter(shown).collect();
-            (*index, Group { regressor: pool[*index].0, columns })
-        })
-        .filter(|(_, group)| !group.columns.is_empty())
-        .collect();
-    let mut more = Vec::new();
-    let overestimated = overestimated(prepared, &left_out(&equations, &model));
-    while taken.len() + more.len() < GROUPS_MAX {
-        let without = left_out(&equations, &model);
-        let gains = parallel::map(&groups, |(_, group)| {
-            let both: Vec<usize> = model.iter().chain(&group.columns).copied().collect();
-            let with = left_out(&equations, &both);
-            let gain = without.iter().zip(&with).map(|(without, with)| without - with);
-            overestimated * gain.sum::<f64>()
-        });
-        let best = (0..groups.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]));
-        let Some(best) = best.filter(|best| gains[*best] > GAIN_MIN) else { break };
-        let (index, group) = groups.remove(best);
-        model.extend(group.columns);
-        more.push(index);
-        // Of an effect with shapes, one start is enough.
-        let id = pool[index].1.effect.facts().id;
-        if group.regressor.is_none() {
-            groups.retain(|(other, _)| {
-                pool[*other].0.is_some() || pool[*other].1.effect.facts().id != id
+    /// The groups that are worth adding to this fit, by their place in the pool.
+    fn groups_worth_adding(&self, fit: &FlexibleFit<'a>) -> Vec<usize> {
+        let found = self.open_groups(fit);
+        let OpenGroups { open, placed, equations } = &*found;
+        let (of_model, of_groups) = placed.split_at(fit.terms.len());
+        let mut model: Vec<usize> = of_model.iter().flat_map(PlacedTerm::columns).collect();
+        let shown = |column: &usize| {
+            // At its greatest it moves a pose by more than a sigma.
+            let spread = equations.priors[*column].spread;
+            equations.total.gram[(*column, *column)] * spread * spread > 1.0
+        };
+        let mut groups: Vec<(usize, Group)> = open
+            .iter()
+            .zip(of_groups)
+            .map(|(index, term)| {
+                let columns = term.amplitudes().into_iter().filter(shown).collect();
+                (*index, Group { regressor: self.pool[*index].0, columns })
+            })
+            .filter(|(_, group)| !group.columns.is_empty())
+            .collect();
+        let mut more = Vec::new();
+        let overestimated = overestimated(self.thinned, &left_out(equations, &model));
+        while fit.taken.len() + more.len() < GROUPS_MAX {
+            let without = left_out(equations, &model);
+            let gains = parallel::map(&groups, |(_, group)| {
+                let both: Vec<usize> = model.iter().chain(&group.columns).copied().collect();
+                let with = left_out(equations, &both);
+                let gain = without.iter().zip(&with).map(|(without, with)| without - with);
+                overestimated * gain.sum::<f64>()
             });
+            let best = (0..groups.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]));
+            let Some(best) = best.filter(|best| gains[*best] > GAIN_MIN) else { break };
+            let (index, group) = groups.remove(best);
+            model.extend(group.columns);
+            more.push(index);
+            // Of an effect with shapes, one start is enough.
+            let id = self.pool[index].1.effect.facts().id;
+            if group.regressor.is_none() {
+                groups.retain(|(other, _)| {
+                    self.pool[*other].0.is_some() || self.pool[*other].1.effect.facts().id != id
+                });
+            }
         }
+        more
     }
-    more
+
+    /// The group that lowers displacements of runs left out most, if by enough: (2).
+    fn lowers_tracks(&self, fit: &FlexibleFit<'a>) -> Option<usize> {
+        let (prepared, noise) = (self.thinned, &fit.noise);
+        let found = self.open_groups(fit);
+        let OpenGroups { open, placed, equations } = &*found;
+        let (of_model, of_groups) = placed.split_at(fit.terms.len());
+        let model: Vec<usize> = of_model.iter().flat_map(PlacedTerm::columns).collect();
+        let track_width_m = prepared.robot.track_width_m;
+        let chi_squared = |columns: &[usize]| left_out(equations, columns).iter().sum::<f64>();
+        let without = chi_squared(&model);
+        let overestimated = overestimated(prepared, &[without]);
+        let mut both = of_model.to_vec();
+        let before = tracks(prepared, (equations, &both), &model, noise);
+        let mut best: Option<(f64, usize)> = None;
+        for (index, term) in open.iter().zip(of_groups) {
+            let columns: Vec<usize> = model.iter().copied().chain(term.amplitudes()).collect();
+            if overestimated * (without - chi_squared(&columns)) < GAIN_MIN {
+                continue;
+            }
+            both.push(term.clone());
+            let after = tracks(prepared, (equations, &both), &columns, noise);
+            both.pop();
+            let left = |errors: &TrackErrors| errors.displacement_m2(track_width_m);
+            let fall = 1.0 - left(&after) / left(&before).max(f64::MIN_POSITIVE);
+            let each = |errors: &TrackErrors| errors.displacements_m(track_width_m);
+            let gains: Vec<f64> = each(&before)
+                .iter()
+                .zip(each(&after))
+                .map(|(before, after)| before - after)
+                .collect();
+            if fall > FALL_MIN
+                && signed_rank(&gains) < FALL_BY_CHANCE
+                && best.is_none_or(|(most, _)| fall > most)
+            {
+                best = Some((fall, *index));
+            }
+        }
+        best.map(|(_, index)| index)
+    }
 }
 
 /// Few numbers tell the variance of the noise to such a factor.
@@ -211,50 +273,6 @@ pub(crate) fn numbers_measured(prepared: &Prepared) -> f64 {
         f64::from(2 * u8::from(pose.position_m.is_some()) + u8::from(pose.heading_rad.is_some()))
     });
     numbers.sum()
-}
-
-/// The group that lowers displacements of runs left out most, if by enough: (2).
-fn lowers_tracks(
-    prepared: &Prepared,
-    terms: &[Term<'_>],
-    pool: &[(Option<Regressor>, Term<'_>)],
-    taken: &[usize],
-    noise: &OdometryNoise,
-) -> Option<usize> {
-    let open: Vec<usize> = (0..pool.len()).filter(|index| !taken.contains(index)).collect();
-    let all: Vec<Term<'_>> =
-        terms.iter().cloned().chain(open.iter().map(|index| pool[*index].1.clone())).collect();
-    let placed = PlacedTerm::place(&all);
-    let equations = CampaignEquations::gather(prepared, &placed, noise);
-    let model: Vec<usize> = placed[..terms.len()].iter().flat_map(PlacedTerm::columns).collect();
-    let track_width_m = prepared.robot.track_width_m;
-    let chi_squared = |columns: &[usize]| left_out(&equations, columns).iter().sum::<f64>();
-    let without = chi_squared(&model);
-    let overestimated = overestimated(prepared, &[without]);
-    let mut both = placed[..terms.len()].to_vec();
-    let before = tracks(prepared, (&equations, &both), &model, noise);
-    let mut best: Option<(f64, usize)> = None;
-    for (index, term) in open.iter().zip(&placed[terms.len()..]) {
-        let columns: Vec<usize> = model.iter().copied().chain(term.amplitudes()).collect();
-        if overestimated * (without - chi_squared(&columns)) < GAIN_MIN {
-            continue;
-        }
-        both.push(term.clone());
-        let after = tracks(prepared, (&equations, &both), &columns, noise);
-        both.pop();
-        let left = |errors: &TrackErrors| errors.displacement_m2(track_width_m);
-        let fall = 1.0 - left(&after) / left(&before).max(f64::MIN_POSITIVE);
-        let each = |errors: &TrackErrors| errors.displacements_m(track_width_m);
-        let gains: Vec<f64> =
-            each(&before).iter().zip(each(&after)).map(|(before, after)| before - after).collect();
-        if fall > FALL_MIN
-            && signed_rank(&gains) < FALL_BY_CHANCE
-            && best.is_none_or(|(most, _)| fall > most)
-        {
-            best = Some((fall, *index));
-        }
-    }
-    best.map(|(_, index)| index)
 }
 
 /// chi^2 of each run, with these columns fitted to all other runs.

@@ -28,7 +28,7 @@ pub use calibration::{advice, out_and_back, source};
 pub use comparison::{axis, finding, label, regime};
 pub use errors::{out_and_back_error, track_fit_error, wheel_weight_error};
 pub use model::verdict;
-pub use runs_off::{drive_again, error_floor, runs_off};
+pub use runs_off::{DriveAgain, drive_again, error_floor, runs_off};
 
 /// `a`, `a and b`, `a, b and c`.
 pub fn listed(names: &[String]) -> String {

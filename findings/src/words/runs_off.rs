@@ -13,32 +13,52 @@ pub fn runs_off(unexplained: &Unexplained) -> Option<String> {
     (!off.is_empty()).then_some(text)
 }
 
-/// What to do if some runs are off by far more than the others, of these: what happened once does not happen again.
-pub fn drive_again(unexplained: &Unexplained, runs: &[String]) -> Option<String> {
+/// What to do about runs that are off by far more than the others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DriveAgain {
+    /// In a sentence.
+    pub words: String,
+    /// The runs to be driven again; none if all of them were.
+    pub runs: Vec<String>,
+}
+
+/// What to do if some of these runs are off by far more than the others: what happened once does not happen again.
+pub fn drive_again(unexplained: &Unexplained, runs: &[String]) -> Option<DriveAgain> {
     let off = &unexplained.runs_off;
-    let sound = |once: &&String| {
-        let again = |run: &&String| {
-            let [first, second] = [once, run].map(|name| without_repetition(plain(name)));
-            !off.contains(run) && first == second
-        };
-        runs.iter().any(|run| again(&run))
+    let has_like = |run: &String, is_off: bool| {
+        let base = |name| without_repetition(plain(name));
+        let mut others = runs.iter().filter(|other| *other != run);
+        others.any(|other| off.contains(other) == is_off && base(other) == base(run))
     };
-    let once: Vec<String> = off.iter().filter(sound).cloned().collect();
-    if !once.is_empty() && once.len() == off.len() {
-        let was = if once.len() == 1 { "was" } else { "were" };
-        return Some(format!(
-            "Driven again, {} {was} not off: a wheel slipped or the robot was pushed that once. Move such a run out of \
-             the campaign's folder `runs`, or set `held_out = true` for it in robot.toml.",
-            some_named(&once)
-        ));
-    }
-    let (is, their) = if off.len() == 1 { ("it is", "its") } else { ("they are", "their") };
-    let text = format!(
-        "Drive {} again: if {is} off again, {their} motion, load or place is the cause; if not, a wheel slipped \
-         or the robot was pushed this once.",
-        some_named(off)
-    );
-    (!off.is_empty()).then_some(text)
+    let (once, others): (Vec<String>, Vec<String>) =
+        off.iter().cloned().partition(|run| has_like(run, false));
+    let (each_time, runs): (Vec<String>, Vec<String>) =
+        others.into_iter().partition(|run| has_like(run, true));
+    let one_of = |names: &[String], one: &'static str, many: &'static str| {
+        if names.len() == 1 { one } else { many }
+    };
+    let words = if !runs.is_empty() {
+        format!(
+            "Drive {} again: if {} off again, {} motion, load or place is the cause; if not, a wheel slipped or the \
+             robot was pushed this once.",
+            some_named(&runs),
+            one_of(&runs, "it is", "they are"),
+            one_of(&runs, "its", "their")
+        )
+    } else if !once.is_empty() {
+        format!(
+            "Driven again, {} {} not off: a wheel slipped or the robot was pushed that once. Set `held_out = true` for \
+             such a run in robot.toml, so that nothing is fitted to it.",
+            some_named(&once),
+            one_of(&once, "was", "were")
+        )
+    } else {
+        format!(
+            "{} are off each time: their motion, load or place is the cause.",
+            some_named(&each_time)
+        )
+    };
+    (!off.is_empty()).then_some(DriveAgain { words, runs })
 }
 
 /// The name of a run that was driven several times: of `spin_2` it is `spin`.
@@ -90,13 +110,41 @@ mod tests {
             super::drive_again(&off(names), &runs)
         };
         assert_eq!(drive_again(&[], &["loaded"]), None);
-        let again = drive_again(&["loaded"], &["loaded", "spin"]).unwrap();
-        assert!(again.starts_with("Drive loaded again: if it is off again, its motion"), "{again}");
-        let again = drive_again(&six, &six).unwrap();
-        assert!(again.starts_with("Drive a, b, c, d and 2 more again: if they are off"), "{again}");
-        let again = drive_again(&["07_spin"], &["06_out", "07_spin", "22_spin_2"]).unwrap();
-        assert!(again.starts_with("Driven again, 07_spin was not off"), "{again}");
-        let again = drive_again(&["07_spin", "22_spin_2"], &["07_spin", "22_spin_2"]).unwrap();
-        assert!(again.starts_with("Drive 07_spin and 22_spin_2 again"), "{again}");
+        for (off, all, words, to_drive) in [
+            (
+                vec!["loaded"],
+                vec!["loaded", "spin"],
+                "Drive loaded again: if it is off again, its motion",
+                1,
+            ),
+            (
+                six.to_vec(),
+                six.to_vec(),
+                "Drive a, b, c, d and 2 more again: if they are off again, their",
+                6,
+            ),
+            (
+                vec!["07_spin"],
+                vec!["06_out", "07_spin", "22_spin_2"],
+                "Driven again, 07_spin was not off",
+                0,
+            ),
+            (
+                vec!["07_spin", "22_spin_2"],
+                vec!["07_spin", "22_spin_2"],
+                "07_spin and 22_spin_2 are off each",
+                0,
+            ),
+            (
+                vec!["07_spin", "03_arc"],
+                vec!["03_arc", "07_spin", "22_spin_2"],
+                "Drive 03_arc again",
+                1,
+            ),
+        ] {
+            let again = drive_again(&off, &all).unwrap();
+            assert!(again.words.starts_with(words), "{again:?}");
+            assert_eq!(again.runs.len(), to_drive, "{again:?}");
+        }
     }
 }

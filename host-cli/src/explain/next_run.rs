@@ -25,7 +25,7 @@ pub(crate) fn no_next_run(answer: &Answer, context: &AnswerContext<'_>) -> Strin
         .collect();
     let again = words::drive_again(&answer.unexplained, &context.runs);
     if let (true, Some(again)) = (open.is_empty(), again) {
-        return again;
+        return again.words;
     }
     if open.is_empty() && answer.unexplained.structure {
         return "No run can be suggested for what is still unexplained: no effect of the catalogue has that shape.".into();
@@ -90,10 +90,9 @@ pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
 
 /// The command line that drives the run once more that is off furthest, if the campaign's folder has a plan with it.
 pub(crate) fn drive_again_command(answer: &Answer, context: &AnswerContext<'_>) -> Option<String> {
-    let (folder, off) = (Path::new(&context.campaign), &answer.unexplained.runs_off);
-    if off.is_empty() || answer.next_run.is_some() {
-        return None;
-    }
+    let again = words::drive_again(&answer.unexplained, &context.runs);
+    let off = again.filter(|_| answer.next_run.is_none())?.runs;
+    let folder = Path::new(&context.campaign);
     let plan = CampaignPlan::read(&plan_path(folder)).ok()?;
     let run = off.iter().find(|run| once_more(run, &plan, &[]).is_some())?;
     Some(format!(

@@ -114,7 +114,7 @@ impl ModelFitter {
         let fitted = fit_from_best_starts(prepared, effects);
         let screening = Screening::new(prepared, &fitted, &CATALOGUE);
         let (kept, spoils) = (screening.kept(), screening.spoils_tracks(prepared));
-        let mut parameters = parameters(prepared, &fitted, &kept);
+        let mut parameters = parameters(prepared, &fitted, kept);
         let effects = effects
             .iter()
             .map(|effect| {

@@ -85,8 +85,8 @@ fn tallies(id: &'static str, values: &[f64], first_seed: u64) -> Vec<Tally> {
         }
         let prepared = campaign.prepare().expect("a sound campaign");
         let fitted = fit_from_best_starts(&prepared, &[effect]);
-        let dispersion = Screening::new(&prepared, &fitted, &CATALOGUE).kept()[0].dispersion;
-        let found = parameters(&prepared, &fitted, 0, dispersion);
+        let screening = Screening::new(&prepared, &fitted, &CATALOGUE);
+        let found = parameters(&prepared, &fitted, screening.kept()).swap_remove(0);
         for ((tally, parameter), truth) in tallies.iter_mut().zip(&found).zip(values) {
             tally.misses += u64::from(!(parameter.low95..=parameter.high95).contains(truth));
             let z = (parameter.value - truth) / parameter.sigma;

@@ -8,8 +8,8 @@ use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use robot_model::effect::{Effect, find};
-use robot_model::explain::explain;
 use robot_model::explain::model::fit;
+use robot_model::explain::{StepFound, explain};
 use robot_model::kinematics::Pose;
 use robot_model::recording::Campaign;
 use robot_model::recording::{Piece, Sampling, nominal_run};
@@ -60,7 +60,12 @@ fn explain_of(size: [usize; 2], first: &mut Option<f64>) -> bool {
     let memory =
         megabytes.map_or_else(|| "unknown".into(), |megabytes| format!("{megabytes:.0} MB"));
     println!("{runs:>6} {samples:>14} {seconds:>10.2} {ratio:>11.1} {memory:>12}");
-    let found: Vec<&str> = answer.steps.iter().map(|step| step.effect.as_str()).collect();
+    // In brackets: what is too small to matter.
+    let named = |step: &StepFound| match step.matters {
+        true => step.effect.clone(),
+        false => format!("({})", step.effect),
+    };
+    let found: Vec<String> = answer.steps.iter().map(named).collect();
     println!("{:>6} found: {}", "", found.join(", "));
     let most_s = match size {
         [RUNS, SAMPLES] => SECONDS_MAX,

@@ -26,9 +26,10 @@ pub struct DriveAgain {
 pub fn drive_again(unexplained: &Unexplained, runs: &[String]) -> Option<DriveAgain> {
     let off = &unexplained.runs_off;
     let has_like = |run: &String, is_off: bool| {
-        let base = |name| without_repetition(plain(name));
-        let mut others = runs.iter().filter(|other| *other != run);
-        others.any(|other| off.contains(other) == is_off && base(other) == base(run))
+        let others = runs.iter().filter(|other| *other != run && off.contains(other) == is_off);
+        driven(run, runs).is_some_and(|what| {
+            others.map(|other| driven(other, runs)).any(|other| other == Some(what))
+        })
     };
     let (once, others): (Vec<String>, Vec<String>) =
         off.iter().cloned().partition(|run| has_like(run, false));
@@ -61,10 +62,14 @@ pub fn drive_again(unexplained: &Unexplained, runs: &[String]) -> Option<DriveAg
     (!off.is_empty()).then_some(DriveAgain { words, runs })
 }
 
-/// The name of a run that was driven several times: of `spin_2` it is `spin`.
-fn without_repetition(name: &str) -> &str {
+/// What was driven in a run, by its name: in `07_spin`, and in `22_spin_2` if there is the former, `spin`. Of runs that have
+/// numbers alone nobody knows.
+fn driven<'a>(run: &'a str, runs: &[String]) -> Option<&'a str> {
+    let name = plain(run);
     let digits = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    digits.strip_suffix('_').filter(|_| digits.len() < name.len()).unwrap_or(name)
+    let first = digits.strip_suffix('_').filter(|_| digits.len() < name.len());
+    let first = first.filter(|first| runs.iter().any(|run| plain(run) == *first));
+    Some(first.unwrap_or(name)).filter(|name| !name.is_empty())
 }
 
 /// The first few of these names, and how many more there are.
@@ -141,6 +146,9 @@ mod tests {
                 "Drive 03_arc again",
                 1,
             ),
+            // These are numbers of a recorder: each may be another motion.
+            (vec!["run_1"], vec!["run_1", "run_2", "run_3"], "Drive run_1 again", 1),
+            (vec!["01"], vec!["01", "02", "03"], "Drive 01 again", 1),
         ] {
             let again = drive_again(&off, &all).unwrap();
             assert!(again.words.starts_with(words), "{again:?}");

@@ -20,8 +20,8 @@ use crate::ui::{BOLD, DIM, GOOD, WARN, paint, say};
 use crate::words;
 
 pub use self::context::{AnswerContext, headline};
-pub(crate) use self::next_run::{drive_again_command, gyro_words, no_next_run};
 pub use self::next_run::{flash_option, next_run_command, next_run_options, robot_options};
+pub(crate) use self::next_run::{gyro_words, no_next_run};
 pub use self::progress::explained;
 pub(crate) use self::progress::progress_line;
 
@@ -273,9 +273,9 @@ fn next_run(answer: &Answer, context: &AnswerContext<'_>) {
             say(format_args!("   {}", next_run_command(next, context)));
         }
         None => {
-            wrapped(&no_next_run(answer, context), LINE).iter().for_each(say);
-            let again = drive_again_command(answer, context);
-            again.iter().for_each(|command| say(format_args!("   {command}")));
+            let (words, command) = no_next_run(answer, context);
+            wrapped(&words, LINE).iter().for_each(say);
+            command.iter().for_each(|command| say(format_args!("   {command}")));
         }
     }
 }

@@ -14,8 +14,19 @@ use campaign::plan::run_kinds::once_more;
 use campaign::plan::{CampaignPlan, plan_path};
 use campaign::{Campaign, RobotFile};
 
+/// What is said where no run tells effects apart, and the command if a run is to be driven again.
+pub(crate) fn no_next_run(
+    answer: &Answer,
+    context: &AnswerContext<'_>,
+) -> (String, Option<String>) {
+    match words::drive_again(&answer.unexplained, &context.runs) {
+        Some(again) => (again.words, drive_again_command(&again.runs, context)),
+        None => (no_run(answer), None),
+    }
+}
+
 /// The sentence where no run is suggested.
-pub(crate) fn no_next_run(answer: &Answer, context: &AnswerContext<'_>) -> String {
+fn no_run(answer: &Answer) -> String {
     let open = answer.steps.iter().filter(|step| step.class.len() > 1);
     let open: Vec<String> = open
         .map(|step| {
@@ -23,10 +34,6 @@ pub(crate) fn no_next_run(answer: &Answer, context: &AnswerContext<'_>) -> Strin
             format!("{} from {}", step.effect, others.collect::<Vec<_>>().join(" or "))
         })
         .collect();
-    let again = words::drive_again(&answer.unexplained, &context.runs);
-    if let (true, Some(again)) = (open.is_empty(), again) {
-        return again.words;
-    }
     if open.is_empty() && answer.unexplained.structure {
         return "No run can be suggested for what is still unexplained: no effect of the catalogue has that shape.".into();
     }
@@ -80,27 +87,24 @@ pub fn next_run_options(common: &Common, campaign: &Campaign) -> String {
 pub fn next_run_command(next: &NextRun, context: &AnswerContext<'_>) -> String {
     let simulated = context.robot_options.starts_with("--port sim");
     let gyro = if gyro_words(next).is_some() && !simulated { " --gyro FILE" } else { "" };
-    format!(
-        "beeline campaign record {} --run {} {}{gyro}",
-        shell_path(Path::new(&context.campaign)),
-        shell(next.kind.name()),
-        context.robot_options
-    )
+    record_command(next.kind.name(), context) + gyro
 }
 
-/// The command line that drives the run once more that is off furthest, if the campaign's folder has a plan with it.
-pub(crate) fn drive_again_command(answer: &Answer, context: &AnswerContext<'_>) -> Option<String> {
-    let again = words::drive_again(&answer.unexplained, &context.runs);
-    let off = again.filter(|_| answer.next_run.is_none())?.runs;
-    let folder = Path::new(&context.campaign);
-    let plan = CampaignPlan::read(&plan_path(folder)).ok()?;
-    let run = off.iter().find(|run| once_more(run, &plan, &[]).is_some())?;
-    Some(format!(
+/// The command line that drives the run of these once more that is the first in the plan of the campaign's folder, if any is.
+fn drive_again_command(runs: &[String], context: &AnswerContext<'_>) -> Option<String> {
+    let plan = CampaignPlan::read(&plan_path(Path::new(&context.campaign))).ok()?;
+    let run = runs.iter().find(|run| once_more(run, &plan, &[]).is_some())?;
+    Some(record_command(run, context))
+}
+
+/// The command line that records this run, or this kind of run, besides those of the campaign.
+fn record_command(run: &str, context: &AnswerContext<'_>) -> String {
+    format!(
         "beeline campaign record {} --run {} {}",
-        shell_path(folder),
+        shell_path(Path::new(&context.campaign)),
         shell(run),
         context.robot_options
-    ))
+    )
 }
 
 #[cfg(test)]
@@ -128,16 +132,18 @@ mod tests {
     fn a_run_that_is_off_is_driven_again_if_the_plan_has_it() {
         let folder = tempfile::tempdir().unwrap();
         let context = context(folder.path().to_str().unwrap(), "--port PORT");
-        let mut answer = nothing_found();
+        let mut answer = Answer { steps: vec![step_of(&["scrub", "slope"])], ..nothing_found() };
         answer.unexplained.runs_off = vec!["22_spin_2".into(), "07_spin_slow_right".into()];
-        assert_eq!(drive_again_command(&answer, &context), None, "there is no plan");
+        let (said, command) = no_next_run(&answer, &context);
+        assert!(said.starts_with("Drive 22_spin_2 and 07_spin_slow_right again"), "{said}");
+        assert_eq!(command, None, "there is no plan");
         let plan = CampaignPlan::usual(&PlanSettings::default()).unwrap();
         std::fs::write(plan_path(folder.path()), plan.to_toml()).unwrap();
-        let command = drive_again_command(&answer, &context).unwrap();
+        let command = no_next_run(&answer, &context).1.unwrap();
         assert!(command.starts_with("beeline campaign record "), "{command}");
         assert!(command.ends_with(" --run 07_spin_slow_right --port PORT"), "{command}");
         answer.unexplained.runs_off.clear();
-        assert_eq!(drive_again_command(&answer, &context), None);
+        assert_eq!(no_next_run(&answer, &context).1, None);
     }
 
     #[test]
@@ -183,7 +189,7 @@ mod tests {
 
     #[test]
     fn effects_that_no_run_tells_apart_are_named() {
-        let no_next = |answer: &Answer| no_next_run(answer, &context("r", "--port sim"));
+        let no_next = |answer: &Answer| no_next_run(answer, &context("r", "--port sim")).0;
         let answer = |class: &[&str]| Answer { steps: vec![step_of(class)], ..nothing_found() };
         assert!(no_next(&answer(&["scrub"])).contains("No further run"));
         let mut unexplained = answer(&["scrub"]);

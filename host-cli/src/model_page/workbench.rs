@@ -19,9 +19,7 @@ use super::look_ahead::LookAhead;
 use super::request::ModelRequest;
 use crate::error::Result;
 use crate::escape::shell_path;
-use crate::explain::{
-    AnswerContext, drive_again_command, headline, next_run_command, no_next_run, progress_line,
-};
+use crate::explain::{AnswerContext, headline, next_run_command, no_next_run, progress_line};
 use crate::fit_cache::{FitCache, Question};
 use crate::{json as shared, words};
 
@@ -301,10 +299,10 @@ impl Workbench {
                 ),
                 "command": next_run_command(next, &context),
             }),
-            None => json!({
-                "words": no_next_run(answer, &context),
-                "command": drive_again_command(answer, &context),
-            }),
+            None => {
+                let (words, command) = no_next_run(answer, &context);
+                json!({"words": words, "command": command})
+            }
         };
         let named = words::depends_on(&answer.unexplained);
         value["depends_on_words"] = json!(named);

@@ -32,8 +32,7 @@ use crate::calibration_page::drawing::{COLOURS, STYLE};
 use crate::calibration_page::page::PAGE_STYLE;
 use crate::escape::html as escape;
 use crate::explain::{
-    drive_again_command, errors_text, gyro_words, headline, next_run_command, no_next_run,
-    on_held_out,
+    errors_text, gyro_words, headline, next_run_command, no_next_run, on_held_out,
 };
 use crate::words;
 
@@ -240,8 +239,9 @@ fn advice(html: &mut String, report: &CampaignReport<'_>) {
             );
         }
         None => {
-            let words = escape(&no_next_run(report.answer, report.context));
-            let _ = match drive_again_command(report.answer, report.context) {
+            let (words, command) = no_next_run(report.answer, report.context);
+            let words = escape(&words);
+            let _ = match command {
                 Some(command) => writeln!(
                     html,
                     "<div class=\"next\"><p>{words}</p><code>{}</code></div>",

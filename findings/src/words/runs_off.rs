@@ -48,8 +48,8 @@ pub fn drive_again(unexplained: &Unexplained, runs: &[String]) -> Option<DriveAg
         )
     } else if !once.is_empty() {
         format!(
-            "Driven again, {} {} not off: a wheel slipped or the robot was pushed that once. Set `held_out = true` for \
-             such a run in robot.toml, so that nothing is fitted to it.",
+            "Driven again, {} {} not off: a wheel slipped or the robot was pushed that once. Remove \
+             such a run: its file in `runs`, and its [[run]] in robot.toml.",
             some_named(&once),
             one_of(&once, "was", "were")
         )

@@ -6,7 +6,7 @@ use crate::clocks;
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{ActsOn, Effect, Facts, Need};
-use crate::estimation::errors::{ErrorPair, Errors, cross_validated};
+use crate::estimation::errors::{ErrorPair, Errors, cross_validated, displacement_m};
 use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
 use crate::estimation::gyro::heading_turned_rad;
 use crate::explain::answer::{Answer, Evidence, ParameterFound, Reason, Rejected, StepFound};
@@ -96,6 +96,7 @@ pub fn explain_observed(
         }
         steps.push(step);
     }
+    no_more_than_there_was(&mut steps, &baseline.cross_validated, prepared.robot.track_width_m);
     let reached = steps.iter().map(|step| step.cross_validated);
     let reached: Vec<Errors> = core::iter::once(baseline.cross_validated).chain(reached).collect();
     let (reachable, unexplained) = reachable_and_unexplained(&choice, &reached, catalogue);
@@ -130,6 +131,22 @@ fn with_along<'a>(choice: &Choice<'a>, terms: &[Term<'a>]) -> Vec<Term<'a>> {
             .extend(choice.along.iter().map(|index| choice.selection.fitted.terms[*index].clone()));
     }
     terms
+}
+
+/// Holds the sizes of all steps to what they remove together.
+///
+/// Without one of two effects that nearly cancel, a model is off by more than the robot ever was. To add both removes no
+/// more than there was.
+pub(super) fn no_more_than_there_was(steps: &mut [StepFound], before: &Errors, track_width_m: f64) {
+    let Some(last) = steps.last() else { return };
+    let [before_m, after_m] =
+        [before, &last.cross_validated].map(|errors| displacement_m(errors, track_width_m));
+    let removed_m = (before_m.powi(2) - after_m.powi(2)).max(0.0).sqrt();
+    for step in steps.iter_mut().filter(|step| !step.moves_no_track) {
+        let share = (removed_m / step.effect_size_m).min(1.0);
+        step.effect_size_m = step.effect_size_m.min(removed_m);
+        step.least_size_m *= share;
+    }
 }
 
 /// What the geometry alone explains.

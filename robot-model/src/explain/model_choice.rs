@@ -1,7 +1,6 @@
 //! The choice of effects, made by a noise estimate that no missing effect inflates, and held against simpler
 //! models.
 
-use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
 use crate::estimation::errors::lower;
 use crate::estimation::fit::Fitted;
@@ -9,11 +8,11 @@ use crate::explain::alternative_fit::{AlternativeFit, alternative_fit};
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::flexible_model::{Flexible, flexible, reaching_further};
-use crate::selection::candidates::{Candidate, Screening, is_geometry};
+use crate::selection::candidates::{Screening, is_geometry};
 use crate::selection::chance::is_chance;
 use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;
-use crate::selection::select::{Selection, backward_elimination, select};
+use crate::selection::select::{Selection, select, with_preferred};
 
 /// The effects chosen for a campaign.
 pub(crate) struct Choice<'a> {
@@ -142,30 +141,11 @@ fn is_found(selection: &Selection<'_>, index: usize) -> bool {
 fn with_known<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
-    (selection, classes): (&Selection<'a>, &[Class<'a>]),
+    selection: (&Selection<'a>, &[Class<'a>]),
     in_model: &[&str],
 ) -> Option<Selection<'a>> {
-    let mut terms = selection.fitted.terms.clone();
-    let mut changed = false;
-    for (index, class) in classes.iter().enumerate() {
-        let has = |id: &str| terms.iter().any(|term| term.effect.facts().id == id);
-        let is_known = |rival: &&Candidate<'a>| in_model.contains(&rival.id()) && !has(rival.id());
-        let known = class.rivals.iter().find(is_known);
-        if let Some(known) = known
-            && !in_model.contains(&terms[index].effect.facts().id)
-        {
-            terms[index] = known.term.fixed();
-            changed = true;
-        }
-    }
-    if !changed {
-        return None;
-    }
-    // Effects that were needed only beside the rival are dropped. If a known one is, the rival was right.
-    let is_known = |term: &&Term<'a>| in_model.contains(&term.effect.facts().id);
-    let known = terms.iter().filter(is_known).count();
-    let passing = backward_elimination(prepared, catalogue, terms);
-    (passing.fitted.terms.iter().filter(is_known).count() == known).then_some(passing)
+    let is_known = |effect: &dyn Effect| in_model.contains(&effect.facts().id);
+    with_preferred(prepared, catalogue, selection, is_known)
 }
 
 /// The effects of the model: each next one brings tracks of other runs nearest, given those before. Where none of those

@@ -12,6 +12,7 @@ use crate::estimation::fit::{Fitted, fit, fit_afresh, fit_roughly, minus_two_log
 use crate::recording::campaign::Prepared;
 use crate::selection::candidates::{Candidate, RIVAL_MARGIN, Screening, is_geometry, penalty};
 use crate::selection::chance::{is_chance, without_chance_by_own_noise};
+use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;
 
 /// Most effects in a model.
@@ -73,7 +74,57 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     while let Some(more) = reconsidered(prepared, catalogue, &selection) {
         selection = more;
     }
-    selection
+    geometry_first(prepared, catalogue, &selection).unwrap_or(selection)
+}
+
+/// The selection with radii or track width in the place of effects that these runs cannot tell from them, if they pass.
+///
+/// Every robot's numbers are a little off, few floors slope; and what three parameters of a floor do no better than a track
+/// width, they do on another floor at random.
+fn geometry_first<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    selection: &Selection<'a>,
+) -> Option<Selection<'a>> {
+    if selection.fitted.terms.iter().all(|term| is_geometry(term.effect)) {
+        return None;
+    }
+    let classes = classes(prepared, &selection.fitted, &selection.screening, &selection.kept);
+    let preferred = |effect: &dyn Effect| is_geometry(effect);
+    with_preferred(prepared, catalogue, (selection, &classes), preferred)
+}
+
+/// The selection with each effect replaced by a preferred rival that the model lacks, if there is one and all these, and
+/// those preferred effects that it had, pass the tests.
+pub(crate) fn with_preferred<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    (selection, classes): (&Selection<'a>, &[Class<'a>]),
+    is_preferred: impl Fn(&dyn Effect) -> bool,
+) -> Option<Selection<'a>> {
+    let mut terms = selection.fitted.terms.clone();
+    let mut changed = false;
+    for (index, class) in classes.iter().enumerate() {
+        let has = |id: &str| terms.iter().any(|term| term.effect.facts().id == id);
+        let replaces = |rival: &&Candidate<'a>| is_preferred(rival.term.effect) && !has(rival.id());
+        let rival = class.rivals.iter().find(replaces);
+        if let Some(rival) = rival
+            && !is_preferred(terms[index].effect)
+        {
+            terms[index] = rival.term.fixed();
+            changed = true;
+        }
+    }
+    if !changed {
+        return None;
+    }
+    let preferred: Vec<Term<'a>> =
+        terms.iter().filter(|term| is_preferred(term.effect)).cloned().collect();
+    let preferred = ids(&preferred);
+    // Effects that were needed only beside what was replaced are dropped. If a preferred one is, what it replaced was right.
+    let passing = backward_elimination(prepared, catalogue, terms);
+    let passed = ids(&passing.fitted.terms);
+    preferred.iter().all(|id| passed.contains(id)).then_some(passing)
 }
 
 /// A model of these effects without those that fail their test in it. If one of them is of radii or track width, these
@@ -338,3 +389,6 @@ fn removal<'a>(
     terms.remove(worst);
     Some(terms)
 }
+
+#[cfg(test)]
+mod tests;

@@ -3,13 +3,18 @@
 use crate::effect::composition::Term;
 use crate::effect::definition::{Change, Facts, Memory, Parameter};
 use crate::effect::{CATALOGUE, Effect};
+use crate::estimation::errors::Errors;
+use crate::explain::answer::StepFound;
+use crate::explain::explanation::no_more_than_there_was;
 use crate::explain::{Answer, explain, explain_given, explain_with};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
 use crate::recording::{Campaign, RecordingProblem};
 use crate::residuals::Regressor;
-use crate::tests::synthetic::{ALONE, campaign, end_poses_only, full_plan, part_of_plan, term};
+use crate::tests::synthetic::{
+    ALONE, ROBOT, campaign, end_poses_only, full_plan, part_of_plan, term,
+};
 
 fn found(answer: &Answer) -> Vec<&str> {
     answer.steps.iter().map(|step| step.effect.as_str()).collect()
@@ -64,6 +69,27 @@ fn what_is_not_beyond_doubt_as_large_as_the_tolerance_is_not_worth_correcting() 
     assert!(step.nears_runs && 0.0 < least_m && least_m < 0.9 * size_m, "{step:?}");
     let matters = |tolerance_m: f64| answer.clone().with_tolerance(tolerance_m).steps[0].matters;
     assert!(matters(0.9 * least_m) && !matters(f64::midpoint(least_m, size_m)), "{step:?}");
+}
+
+#[test]
+fn no_effect_removes_more_than_there_was() {
+    let truth = [term("track_width", &[0.01]), term("marker_offset", &[0.004, 0.003])];
+    let answer = explain(&campaign(&full_plan(), &truth, 41)).unwrap();
+    let before = answer.baseline.cross_validated;
+    let held = |before: &Errors| {
+        let mut steps = answer.steps.clone();
+        no_more_than_there_was(&mut steps, before, ROBOT.track_width_m);
+        steps
+    };
+    assert_eq!(held(&before), answer.steps);
+    // As if the two had cancelled in all runs but for 1 mm.
+    let after = answer.steps.last().unwrap().cross_validated;
+    let position_rms_m = after.position_rms_m.hypot(1e-3);
+    for (less, step) in held(&Errors { position_rms_m, ..after }).iter().zip(&answer.steps) {
+        assert!(step.effect_size_m > 2e-3 && (less.effect_size_m / 1e-3 - 1.0).abs() < 1e-6);
+        let share = |step: &StepFound| step.least_size_m / step.effect_size_m;
+        assert!((share(less) - share(step)).abs() < 1e-9, "{less:?}");
+    }
 }
 
 #[test]

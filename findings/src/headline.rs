@@ -4,6 +4,7 @@ use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::{Effect, Facts, FirmwareTerm};
 use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, HeldOut, StepFound};
+use robot_model::residuals::Unexplained;
 
 use crate::words;
 
@@ -70,6 +71,11 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     let (matter, slight): (Vec<&StepFound>, Vec<&StepFound>) =
         answer.steps.iter().partition(|step| step.matters);
     let found = match matter.as_slice() {
+        [] if only_outliers(&answer.unexplained) => format!(
+            "Nothing of the robot is missing in {}, but the measured poses have more outliers than noise has: look for wrong \
+             time stamps, frames that come twice, blur and reflections.",
+            these(asked.runs)
+        ),
         [] if answer.unexplained.structure => format!(
             "No known effect explains {}, but the residuals depend on {}.",
             these(asked.runs),
@@ -108,6 +114,11 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
         .join(" ")
 }
 
+/// Whether outliers of the measured poses are all that is unexplained.
+fn only_outliers(unexplained: &Unexplained) -> bool {
+    unexplained.outliers && unexplained.depends_on.len() == 1
+}
+
 /// A radius or track width further off than this share is a wrong number in `robot.toml`, not a property of the robot.
 const WRONG_SHARE: f64 = 0.03;
 
@@ -122,7 +133,9 @@ pub fn wrong_in_robot_toml(
         let is = |step: &&StepFound| {
             of(&step.effect).and_then(|effect| effect.facts().compensated_by) == Some(term)
         };
-        let value = answer.steps.iter().find(is)?.parameters.first()?.value;
+        // What may be chance, or what another effect cancels, is no number to write down.
+        let step = answer.steps.iter().find(is).filter(|step| step.matters)?;
+        let value = step.parameters.first()?.value;
         (value.abs() > WRONG_SHARE).then_some(value)
     };
     let numbers = [

@@ -142,6 +142,9 @@ fn unexplained(unexplained: &Unexplained) -> Value {
     if !unexplained.runs_off.is_empty() {
         value["runs_off"] = json!(unexplained.runs_off);
     }
+    if unexplained.outliers {
+        value["outliers"] = json!(true);
+    }
     value
 }
 

@@ -107,6 +107,18 @@ fn since_stop_m(step: &Step, memory: &mut Memory) -> f64 {
     (before_m + after_m) / 2.0
 }
 
+/// A slower turn leaves nothing behind \[rad/s\].
+const TURNS_RAD_S: f64 = 0.05;
+
+/// The side that the robot last turned to: 1 to the left, -1 to the right, 0 before its first turn.
+fn last_turned_to(step: &Step, memory: &mut Memory) -> f64 {
+    let before = memory.wheel.left.map_or(0.0, |jet| jet.value);
+    let omega = step.turn_rate_rad_s();
+    let side = if omega.abs() > TURNS_RAD_S { omega.signum() } else { before };
+    memory.wheel.left = Some(Jet::constant(side));
+    side
+}
+
 pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
     AuxiliaryEffect {
         regressor: Regressor::WheelAngle,
@@ -203,6 +215,20 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
             let omega = step.turn_rate_rad_s().abs();
             let travel = WheelPair::both(p[0] * omega + p[1] * step.turn_sharpness());
             Change { travel, ..Change::NONE }
+        },
+    },
+    AuxiliaryEffect {
+        // What the last turn left behind: a caster, a toe, a belt.
+        regressor: Regressor::TurnRate,
+        act: |p, step, memory| {
+            let side = last_turned_to(step, memory);
+            let path_m = step.travel_m().abs();
+            Change {
+                turn_rad: (p[0] * path_m + p[1] * step.travel_m()) * side,
+                sideways_m: p[2] * (side * path_m),
+                turning: p[3] * (side * step.turn_rate_rad_s().signum()),
+                ..Change::NONE
+            }
         },
     },
     AuxiliaryEffect {

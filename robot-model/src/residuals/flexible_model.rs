@@ -17,8 +17,10 @@ use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::auxiliary_effects::AUXILIARY_EFFECTS;
 use crate::residuals::basis_functions::FUNCTIONS;
+use crate::residuals::campaign_times::campaign_times;
 use crate::residuals::floor_location::{best_places, visited};
 use crate::residuals::group_search::{FlexibleFit, GroupSearch};
+use crate::residuals::place_waves::{PlaceWave, strongest};
 use crate::residuals::regressor::Regressor;
 use crate::residuals::wheel_rates::wheel_rates;
 
@@ -94,9 +96,14 @@ pub(crate) fn reaching_further(
     let mut patches = visited(prepared);
     patches.extend(best_places(&thinned, fitted));
     let rates = wheel_rates(&prepared.excitation);
+    let times = campaign_times(prepared);
+    let waves: Vec<PlaceWave> =
+        strongest(prepared, fitted).into_iter().map(|(wave, _)| wave).collect();
     let mut pool = pool(prepared, fitted, catalogue);
     pool.extend(of_regressor(Regressor::Place, &patches));
+    pool.extend(of_regressor(Regressor::Place, &waves));
     pool.extend(of_regressor(Regressor::WheelSpeed, &rates));
+    pool.extend(of_regressor(Regressor::TimeInCampaign, &times));
     let search = GroupSearch::new((prepared, &thinned), true, &pool);
     let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
     // What gains most likelihood may keep out what lowers displacements most: both begin once.

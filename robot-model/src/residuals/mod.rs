@@ -19,16 +19,19 @@
 
 pub(crate) mod auxiliary_effects;
 pub(crate) mod basis_functions;
+pub(crate) mod campaign_times;
 pub(crate) mod expression;
 pub(crate) mod flexible_model;
 pub(crate) mod floor_location;
 pub(crate) mod group_search;
 pub(crate) mod heavy_tails;
+pub(crate) mod place_waves;
 pub(crate) mod regressor;
 pub(crate) mod ripple;
 pub(crate) mod uneven_runs;
 pub(crate) mod unexplained;
 pub(crate) mod wheel_rates;
+pub(crate) mod whiteness;
 
 pub use expression::Expression;
 pub use floor_location::PlaceSeen;

@@ -19,8 +19,10 @@ use crate::estimation::normal_equations::Sums;
 use crate::numeric::distributions::{chi_squared, false_discovery_rates};
 use crate::recording::campaign::Prepared;
 use crate::residuals::heavy_tails::heavy_tails;
+use crate::residuals::place_waves::strongest;
 use crate::residuals::ripple::ripple;
 use crate::residuals::uneven_runs::uneven_runs;
+use crate::residuals::whiteness::persisting;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
 use super::auxiliary_effects::{AUXILIARY_EFFECTS, OF_A_RUN};
@@ -56,6 +58,9 @@ pub struct Unexplained {
     pub place_m: Option<[f64; 2]>,
     /// The places that several runs came to.
     pub places: Vec<PlaceSeen>,
+    /// The measured poses have more outliers than noise has.
+    #[serde(default)]
+    pub outliers: bool,
     /// The names of runs that are off by far more than the others, the one that is furthest off first.
     pub runs_off: Vec<String>,
     /// Cross-validated position error above the reachable one \[m\]: the root of the difference of squares.
@@ -90,7 +95,20 @@ pub(crate) fn unexplained(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplain
             found.depends_on.push(uneven.regressor);
         }
     }
+    if let Some((_, p_value)) = strongest(prepared, fitted) {
+        found.note(p_value);
+        if !found.depends_on.contains(&Regressor::Place) {
+            found.depends_on.push(Regressor::Place);
+        }
+    }
+    if let Some(persisting) = persisting(prepared, fitted) {
+        found.note(persisting.p_value);
+        if !found.depends_on.contains(&persisting.regressor) {
+            found.depends_on.push(persisting.regressor);
+        }
+    }
     let Some(tails) = heavy_tails(prepared, fitted) else { return found };
+    found.outliers = true;
     found.note(tails.p_value);
     if tails.dominates {
         found.p_value = tails.p_value;

@@ -1,6 +1,5 @@
 //! Runs that are off by far more than the others: which they are, what to do, and what the error floor is then.
 
-use campaign::recorded::plain;
 use robot_model::residuals::Unexplained;
 
 use super::listed;
@@ -22,13 +21,19 @@ pub struct DriveAgain {
     pub runs: Vec<String>,
 }
 
-/// What to do if some of these runs are off by far more than the others: what happened once does not happen again.
-pub fn drive_again(unexplained: &Unexplained, runs: &[String]) -> Option<DriveAgain> {
+/// What to do if some of these runs are off by far more than the others: what happened once does not happen again. Runs with the
+/// same number in `motions` repeat one another.
+pub fn drive_again(
+    unexplained: &Unexplained,
+    runs: &[String],
+    motions: &[usize],
+) -> Option<DriveAgain> {
     let off = &unexplained.runs_off;
+    let driven = |run: &String| runs.iter().zip(motions).find(|(name, _)| *name == run);
     let has_like = |run: &String, is_off: bool| {
-        let others = runs.iter().filter(|other| *other != run && off.contains(other) == is_off);
-        driven(run, runs).is_some_and(|what| {
-            others.map(|other| driven(other, runs)).any(|other| other == Some(what))
+        driven(run).is_some_and(|(_, own)| {
+            let mut others = runs.iter().zip(motions).filter(|(name, _)| *name != run);
+            others.any(|(name, motion)| motion == own && off.contains(name) == is_off)
         })
     };
     let (once, others): (Vec<String>, Vec<String>) =
@@ -60,16 +65,6 @@ pub fn drive_again(unexplained: &Unexplained, runs: &[String]) -> Option<DriveAg
         )
     };
     (!off.is_empty()).then_some(DriveAgain { words, runs })
-}
-
-/// What was driven in a run, by its name: in `07_spin`, and in `22_spin_2` if there is the former, `spin`. Of runs that have
-/// numbers alone nobody knows.
-fn driven<'a>(run: &'a str, runs: &[String]) -> Option<&'a str> {
-    let name = plain(run);
-    let digits = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    let first = digits.strip_suffix('_').filter(|_| digits.len() < name.len());
-    let first = first.filter(|first| runs.iter().any(|run| plain(run) == *first));
-    Some(first.unwrap_or(name)).filter(|name| !name.is_empty())
 }
 
 /// The first few of these names, and how many more there are.
@@ -110,47 +105,42 @@ mod tests {
         assert_eq!(of(&["a", "b"]), text("a and b are"));
         let six = ["a", "b", "c", "d", "e", "f"];
         assert_eq!(of(&six), text("a, b, c, d and 2 more are"));
-        let drive_again = |names: &[&str], runs: &[&str]| {
-            let runs: Vec<String> = runs.iter().map(|name| (*name).to_owned()).collect();
-            super::drive_again(&off(names), &runs)
-        };
-        assert_eq!(drive_again(&[], &["loaded"]), None);
-        for (off, all, words, to_drive) in [
+        let runs: Vec<String> = ["01", "loaded"].map(str::to_owned).to_vec();
+        assert_eq!(super::drive_again(&off(&[]), &runs, &[0, 1]), None);
+    }
+
+    #[test]
+    fn what_is_to_be_done_goes_by_what_was_driven_and_not_by_names() {
+        let six = ["a", "b", "c", "d", "e", "f"];
+        let spins = ["06_out", "07_spin", "22_spin_2"];
+        let joy = ["03_joy", "08_joy", "09_joy"];
+        for (off, all, motions, words, to_drive) in [
             (
-                vec!["loaded"],
-                vec!["loaded", "spin"],
+                &["loaded"][..],
+                &["loaded", "spin"][..],
+                &[0, 1][..],
                 "Drive loaded again: if it is off again, its motion",
                 1,
             ),
             (
-                six.to_vec(),
-                six.to_vec(),
+                &six,
+                &six,
+                &[0, 1, 2, 3, 4, 5],
                 "Drive a, b, c, d and 2 more again: if they are off again, their",
                 6,
             ),
-            (
-                vec!["07_spin"],
-                vec!["06_out", "07_spin", "22_spin_2"],
-                "Driven again, 07_spin was not off",
-                0,
-            ),
-            (
-                vec!["07_spin", "22_spin_2"],
-                vec!["07_spin", "22_spin_2"],
-                "07_spin and 22_spin_2 are off each",
-                0,
-            ),
-            (
-                vec!["07_spin", "03_arc"],
-                vec!["03_arc", "07_spin", "22_spin_2"],
-                "Drive 03_arc again",
-                1,
-            ),
-            // These are numbers of a recorder: each may be another motion.
-            (vec!["run_1"], vec!["run_1", "run_2", "run_3"], "Drive run_1 again", 1),
-            (vec!["01"], vec!["01", "02", "03"], "Drive 01 again", 1),
+            (&["07_spin"], &spins, &[0, 1, 1], "Driven again, 07_spin was not off", 0),
+            (&spins[1..], &spins, &[0, 1, 1], "07_spin and 22_spin_2 are off each", 0),
+            (&["07_spin", "06_out"], &spins, &[0, 1, 1], "Drive 06_out again", 1),
+            // Two motions with letters in common, and one motion with two names.
+            (&["07_spin"], &spins, &[0, 1, 2], "Drive 07_spin again", 1),
+            (&joy[..2], &joy, &[0, 1, 2], "Drive 03_joy and 08_joy again", 2),
+            (&["01"], &["01", "anything"], &[0, 0], "Driven again, 01 was not off", 0),
         ] {
-            let again = drive_again(&off, &all).unwrap();
+            let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
+            let unexplained = Unexplained { runs_off: owned(off), ..Unexplained::default() };
+            let all: Vec<String> = owned(all);
+            let again = drive_again(&unexplained, &all, motions).unwrap();
             assert!(again.words.starts_with(words), "{again:?}");
             assert_eq!(again.runs.len(), to_drive, "{again:?}");
         }

@@ -88,6 +88,7 @@ pub(super) fn answer_context<'a>(
         campaign: folder.to_string_lossy().into_owned(),
         robot_options: next_run_options(common, read),
         runs: campaign.fitted_runs().map(|run| run.name.clone()).collect(),
+        motions: campaign.motions(),
         catalogue,
         in_model: &[],
         combinations: Vec::new(),

@@ -15,6 +15,8 @@ pub struct AnswerContext<'a> {
     pub robot_options: String,
     /// The runs that a model is fitted to.
     pub runs: Vec<String>,
+    /// The number of the motion of each: runs with the same number repeat one another.
+    pub motions: Vec<usize>,
     /// All candidate effects.
     pub catalogue: &'a [&'a dyn Effect],
     /// The effects that the user's model has already.

@@ -19,7 +19,7 @@ pub(crate) fn no_next_run(
     answer: &Answer,
     context: &AnswerContext<'_>,
 ) -> (String, Option<String>) {
-    match words::drive_again(&answer.unexplained, &context.runs) {
+    match words::drive_again(&answer.unexplained, &context.runs, &context.motions) {
         Some(again) => (again.words, drive_again_command(&again.runs, context)),
         None => (no_run(answer), None),
     }
@@ -121,6 +121,7 @@ mod tests {
             campaign: campaign.into(),
             robot_options: robot_options.into(),
             runs: Vec::new(),
+            motions: Vec::new(),
             catalogue: &[],
             combinations: Vec::new(),
             in_model: &[],

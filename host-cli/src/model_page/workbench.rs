@@ -285,6 +285,7 @@ impl Workbench {
             campaign: self.folder.to_string_lossy().into_owned(),
             robot_options: self.robot_options.clone(),
             runs: self.campaign.fitted_runs().map(|run| run.name.clone()).collect(),
+            motions: self.campaign.motions(),
             catalogue,
             in_model: &[],
             combinations: Vec::new(),

@@ -122,6 +122,7 @@ fn drawn_of(
         campaign: "my robot".into(),
         robot_options: "--port sim".into(),
         runs: ["a", "b", "c"].map(str::to_owned).to_vec(),
+        motions: vec![0, 1, 2],
         catalogue: &CATALOGUE,
         combinations: vec![Some("2.0 mm to the left per metre".into())],
         in_model: &[],

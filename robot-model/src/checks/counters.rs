@@ -29,8 +29,17 @@ pub(super) struct Mended {
     pub(super) found: Vec<DataFault>,
 }
 
+/// Which counters are taken for ones that wrap around.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wrapping {
+    /// Those whose counts all lie within the range of its bits.
+    WithinRange,
+    /// All: one that counts further has more bits, or was extended by software that missed a wrap.
+    All,
+}
+
 /// The wheels of a valid run.
-pub(super) fn mended(robot: &Robot, run: &Recording) -> Mended {
+pub(super) fn mended(robot: &Robot, run: &Recording, wrapping: Wrapping) -> Mended {
     let times: Vec<f64> = run.wheels.iter().map(|sample| sample.t_s).collect();
     let mut found = Vec::new();
     let side = |right: bool, found: &mut Vec<DataFault>| {
@@ -44,7 +53,7 @@ pub(super) fn mended(robot: &Robot, run: &Recording) -> Mended {
             counts: counts.collect(),
             m_per_count: robot.wheel_radius_m * robot.rad_per_count,
         };
-        found.extend(counter.unwrapped());
+        found.extend(counter.unwrapped(wrapping));
         found.extend(counter.smoothed());
         counter.counts
     };
@@ -111,13 +120,25 @@ impl Counter<'_> {
     }
 
     /// Takes out steps by the range of a counter of 16 or 32 bits, where what is left is a usual step.
-    fn unwrapped(&mut self) -> Option<DataFault> {
+    fn unwrapped(&mut self, wrapping: Wrapping) -> Option<DataFault> {
         let (bits, range) = [(16_u32, 65_536.0), (32, 4_294_967_296.0)]
             .into_iter()
             .rfind(|(_, range)| (1..self.counts.len()).any(|k| self.step(k).abs() > range / 2.0))?;
+        let (least, most) = (self.counts.iter())
+            .fold((f64::MAX, f64::MIN), |(least, most), count| {
+                (least.min(*count), most.max(*count))
+            });
+        let counts_further = most - least >= range;
+        if wrapping == Wrapping::WithinRange && counts_further {
+            return None;
+        }
         let wraps = |k: usize| self.step(k).abs() > range / 2.0;
         let usual = self.usual(&wraps)?;
         let spacing_s = median(self.times.windows(2).map(|pair| pair[1] - pair[0]).collect())?;
+        // With steps so long, what is left of any step is a usual one.
+        if counts_further && WRAP_TIMES * usual * spacing_s > range / 2.0 {
+            return None;
+        }
         let rest = |k: usize| self.step(k) - range * (self.step(k) / range).round();
         let within = |k: usize| {
             let dt_s = (self.times[k] - self.times[k - 1]).max(spacing_s);

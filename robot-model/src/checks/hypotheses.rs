@@ -5,7 +5,7 @@ use core::cmp::Ordering;
 use crate::recording::run::{PoseMeasurement, Recording, Robot, WheelSample};
 
 use super::all_runs::{all_runs, rms};
-use super::counters;
+use super::counters::{self, Wrapping};
 use super::data_fault::{DataFault, DataHypothesis};
 use super::geometry_fit::{Tracks, lever_m};
 use super::last_pose::last_poses;
@@ -23,6 +23,8 @@ const POSES_MIN: usize = 5;
 const UNKNOWN_MAX: usize = 2;
 /// A mended event is reported if the error falls to this share.
 const EVENT: f64 = 0.6;
+/// Two ways to mend counts do as well if the error of one is at most this many times that of the other.
+const ALIKE_TIMES: f64 = 2.0;
 /// Held values are reported only if they do harm: the error falls to this share, from this one \[m\].
 const HELD: (f64, f64) = (0.4, 0.006);
 
@@ -165,7 +167,7 @@ struct Events {
 
 impl Events {
     fn of(robot: &Robot, run: &Recording) -> Self {
-        let counters::Mended { wheels, found } = counters::mended(robot, run);
+        let counters::Mended { wheels, found } = counts_mended(robot, run);
         Self { wheels, poses: run.measured_poses.clone(), in_counts: found, in_poses: Vec::new() }
     }
 
@@ -202,7 +204,8 @@ impl Events {
             let is_held =
                 matches!(what, DataFault::CountsHeld { .. } | DataFault::PosesHeld { .. });
             let harmless = is_held && (before < HELD.1 || after > HELD.0 * before);
-            (!harmless).then(|| DataHypothesis {
+            let worsens = !what.is_minor() && after > before;
+            (!harmless && !worsens).then(|| DataHypothesis {
                 what: *what,
                 run: Some(run.name.clone()),
                 or: Vec::new(),
@@ -217,6 +220,26 @@ impl Events {
             self.in_poses.iter().filter_map(|what| told(what, &self.wheels, &run.measured_poses));
         in_counts.chain(in_poses).collect()
     }
+}
+
+/// The counts of a run, mended. Where a counter went further than 16 bits hold, a step by more than half their range may be a
+/// fast wheel's: then it is a wrap only if the run is far better without it.
+fn counts_mended(robot: &Robot, run: &Recording) -> counters::Mended {
+    let all = counters::mended(robot, run, Wrapping::All);
+    if !all.found.iter().any(|what| matches!(what, DataFault::CounterWraps { .. })) {
+        return all;
+    }
+    let sure = counters::mended(robot, run, Wrapping::WithinRange);
+    if sure.found == all.found {
+        return all;
+    }
+    let error_m = |wheels: &[WheelSample]| {
+        error_m(robot, wheels, &run.measured_poses, &RelativeGeometry::NOMINAL)
+    };
+    let all_m = error_m(&all.wheels);
+    let are_wraps =
+        all_m < EVENT * error_m(&run.wheels) && all_m <= ALIKE_TIMES * error_m(&sure.wheels);
+    if are_wraps { all } else { sure }
 }
 
 /// The error (rms) of all poses, outliers among them \[m\].

@@ -135,6 +135,24 @@ fn add<'a>(mean: &mut Vec<Term<'a>>, terms: &[Term<'a>], share: f64) {
     }
 }
 
+/// The interval of a parameter, and the same around another value of it: where other members take the place of one, the rest of
+/// the model moves.
+fn around(found: &ParameterFound, value: f64) -> (f64, f64) {
+    let moved = value - found.value;
+    (found.low95 + moved.min(0.0), found.high95 + moved.max(0.0))
+}
+
+/// The interval of a parameter that may be none; around the value where that is beyond.
+fn or_nothing(found: &ParameterFound, value: f64) -> (f64, f64) {
+    let (low, high) = (found.low95.min(0.0), found.high95.max(0.0));
+    let (moved_low, moved_high) = around(found, value);
+    if low < value && value < high {
+        (low, high)
+    } else {
+        (low.min(moved_low), high.max(moved_high))
+    }
+}
+
 /// The mean model with intervals: whatever member of its class an effect may turn out to be, its value is between
 /// nothing and that of the member alone.
 ///
@@ -156,11 +174,12 @@ pub(super) fn averaged(
         let parameters = facts.parameters.iter().zip(&term.values).enumerate();
         let parameters = parameters.map(|(i, (parameter, value))| {
             let (low95, high95) = match (found, most) {
-                (Some(found), _) if in_class => (found[i].low95.min(0.0), found[i].high95.max(0.0)),
-                (Some(found), _) => (found[i].low95, found[i].high95),
+                (Some(found), _) if in_class => or_nothing(&found[i], *value),
+                (Some(found), _) => around(&found[i], *value),
                 (None, Some(alone)) => (alone.values[i].min(0.0), alone.values[i].max(0.0)),
                 (None, None) => (*value, *value),
             };
+            let low95 = if parameter.is_never_negative() { low95.max(0.0) } else { low95 };
             let half = ((high95 - value).max(value - low95)).max(f64::MIN_POSITIVE);
             ParameterFound {
                 name: parameter.name.to_string(),
@@ -175,4 +194,31 @@ pub(super) fn averaged(
         Averaged { effect, parameters: parameters.collect(), up_to_mps }
     };
     mean.terms.iter().enumerate().map(entry).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interval_holds_the_mean_as_well_as_the_value_found() {
+        let found = ParameterFound {
+            name: "delta".into(),
+            unit: "1".into(),
+            value: -0.64,
+            sigma: 0.28,
+            low95: -1.19,
+            high95: -0.09,
+        };
+        let is = |(low, high): (f64, f64), expected: (f64, f64)| {
+            assert!((low - expected.0).hypot(high - expected.1) < 1e-9, "{low} {high}");
+        };
+        is(around(&found, -0.64), (-1.19, -0.09));
+        // With other members in the place of one, the track width is another, and as unsure.
+        is(around(&found, -0.07), (-1.19, 0.48));
+        is(around(&found, -1.0), (-1.55, -0.09));
+        // A member that may be none is between nothing and itself.
+        is(or_nothing(&found, -0.3), (-1.19, 0.0));
+        is(or_nothing(&found, 0.1), (-1.19, 0.65));
+    }
 }

@@ -6,6 +6,7 @@ use crate::recording::condense::condensed;
 use crate::recording::excitation::Excitation;
 use crate::recording::motion::Motion;
 use crate::recording::odometry_noise::OdometryNoise;
+use crate::recording::repetitions::repetitions;
 use crate::recording::run::{Recording, RecordingError, RecordingProblem, Robot};
 use crate::recording::run_kind::{RunKind, kind_of};
 
@@ -55,6 +56,11 @@ impl Campaign {
     /// The runs that a model is fitted to: all but those held out.
     pub fn fitted_runs(&self) -> impl Iterator<Item = &Recording> {
         self.runs.iter().filter(|run| !run.held_out)
+    }
+
+    /// The number of the motion of each of these: runs with the same number repeat one another.
+    pub fn motions(&self) -> Vec<usize> {
+        repetitions(&self.robot, self.fitted_runs())
     }
 
     /// Works out each run's motion, and separates the runs held out.

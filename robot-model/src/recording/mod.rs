@@ -7,6 +7,7 @@
 //! | `condense.rs` | dense recordings, made lighter before a fit |
 //! | `motion.rs` | [`Step`]: turns, speeds, accelerations and reversals of the wheels |
 //! | `run_kind.rs` | [`RunKind`]: straight, spin, arc, square, recognised from the motion |
+//! | `repetitions.rs` | [`repetitions`]: which runs are the same motion driven again |
 //! | `excitation.rs` | [`Excitation`]: what the runs of a campaign reached |
 //! | `odometry_noise.rs` | [`OdometryNoise`] of poses, and of the odometry between them |
 //! | `nominal_run.rs` | recordings of a nominal robot that drives given pieces |
@@ -20,6 +21,7 @@ pub(crate) mod excitation;
 pub(crate) mod motion;
 pub(crate) mod nominal_run;
 pub(crate) mod odometry_noise;
+pub(crate) mod repetitions;
 pub(crate) mod run;
 pub(crate) mod run_kind;
 
@@ -28,6 +30,7 @@ pub use excitation::Excitation;
 pub use motion::Step;
 pub use nominal_run::{Piece, Sampling, nominal_run};
 pub use odometry_noise::OdometryNoise;
+pub use repetitions::repetitions;
 pub use run::{
     GyroSample, PoseMeasurement, Recording, RecordingError, RecordingProblem, Robot, WheelSample,
 };

@@ -203,6 +203,27 @@ fn what_happens_in_a_run_is_told_with_its_time() {
 }
 
 #[test]
+fn a_counter_with_many_bits_steps_by_more_than_half_the_range_of_few_and_wraps_nowhere() {
+    let fast = sound().runs.iter().flat_map(|run| run.wheels.windows(2));
+    let fast_rad = fast
+        .map(|pair| pair[1].phi_rad.since(pair[0].phi_rad))
+        .map(|step| step.left.abs().max(step.right.abs()))
+        .fold(0.0, f64::max);
+    for counts in [34_000.0, 45_000.0, 60_000.0] {
+        let robot = Robot { rad_per_count: fast_rad / counts, ..ROBOT };
+        let found = data_hypotheses(&robot, &sound().runs);
+        assert!(found.is_empty(), "{counts} counts in a step:\n    {}", show(&found));
+        // Such a counter that restarts in the middle of a run is told all the same.
+        let mut runs = sound().runs.clone();
+        let index = shown_in(&runs, In::Curves);
+        reset(&mut runs[index]);
+        let found = data_hypotheses(&robot, &runs);
+        let is_reset = |what: &DataFault| matches!(what, DataFault::CounterReset { .. });
+        assert!(found.len() == 1 && is_reset(&found[0].what), "{counts}: {}", show(&found));
+    }
+}
+
+#[test]
 fn outliers_and_late_clocks_are_no_errors() {
     for (name, mutation) in [("glitch", glitch as Mutation), ("late", late)] {
         for all in [false, true] {

@@ -1,11 +1,11 @@
 //! Dense recordings, made lighter before anything is fitted: wheels some twenty times a second, and poses averaged over
 //! a tenth of a second.
 //!
-//! Nothing is lost that a fit could use. Wheel angles are absolute, so fewer samples of them are the same travel, as long
-//! as there is one wherever a pose is measured: at an even speed in between, a robot that accelerates by 0.6 m/s^2 would
-//! be a quarter of a millimetre off in the middle of 60 ms, late while it accelerates and early while it brakes, as by
-//! backlash. Poses close together are first moved to one time by the wheels, then averaged: white noise falls by the root of their
-//! number, as it would in a fit to each of them.
+//! Nothing is lost that a fit could use. Wheel angles are absolute: fewer samples of them are the same travel, as long
+//! as there is one wherever a pose is measured: with an even speed within 60 ms, a robot that accelerates by 0.6 m/s^2
+//! would be a quarter of a millimetre off in their middle, too far on while it accelerates and too far back while it
+//! brakes, as by backlash. Poses close together are first moved to one time by the wheels, then averaged: white noise
+//! falls by the root of their number, as it would in a fit to each of them.
 
 use crate::numeric::angle::wrap;
 use crate::recording::run::{PoseMeasurement, Recording, Robot, WheelSample};
@@ -29,9 +29,13 @@ pub(crate) fn condensed(robot: &Robot, recording: &Recording) -> (Recording, f64
     (Recording { wheels, measured_poses: poses, ..recording.clone() }, many)
 }
 
-/// The first and last sample, one at each pose, and those between that are far enough apart.
+/// The first and last sample, one at each pose, and those between that are far enough apart; all where all are.
 fn thinned(recording: &Recording, poses: &[PoseMeasurement]) -> Vec<WheelSample> {
-    let (first, last) = (recording.wheels[0], recording.wheels[recording.wheels.len() - 1]);
+    let steps = recording.wheels.len() - 1;
+    if recording.duration_s() >= WHEELS_S * steps as f64 {
+        return recording.wheels.clone();
+    }
+    let (first, last) = (recording.wheels[0], recording.wheels[steps]);
     let within = first.t_s + SAME_S..last.t_s - SAME_S;
     let poses_s = poses.iter().map(|pose| pose.t_s).filter(|t_s| within.contains(t_s));
     let mut samples = recording.wheels[1..].iter().peekable();

@@ -101,6 +101,9 @@ pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
             side(middle_s)
         )];
     }
+    if let Some(rate) = one_rate(clocks) {
+        return vec![format!("Clocks: {rate}. {corrected}")];
+    }
     if clocks.len() > RUNS_LISTED {
         let (slow, fast) = clocks.iter().fold((0.0_f64, 0.0_f64), |(slow, fast), clock| {
             (slow.min(clock.rate), fast.max(clock.rate))
@@ -139,6 +142,37 @@ pub fn clocks(clocks: &[ClockFound]) -> Vec<String> {
         last.push_str(corrected);
     }
     lines
+}
+
+/// The rate that the clocks of all these runs have, and by how much they are off where the runs start.
+fn one_rate(clocks: &[ClockFound]) -> Option<String> {
+    let [first, others @ ..] = clocks else { return None };
+    let is_alike = |clock: &ClockFound| (clock.rate - first.rate).abs() <= 1e-9;
+    if first.rate == 0.0 || others.is_empty() || !others.iter().all(is_alike) {
+        return None;
+    }
+    let mut offsets_s: Vec<f64> = clocks.iter().map(|clock| clock.offset_s).collect();
+    offsets_s.sort_by(f64::total_cmp);
+    let middle_s = offsets_s[offsets_s.len() / 2];
+    let (least_s, most_s) = (offsets_s[0], offsets_s[offsets_s.len() - 1]);
+    let late = |offset_s: f64| {
+        let side = if offset_s > 0.0 { "late" } else { "early" };
+        format!("{:.2} s {side}", offset_s.abs())
+    };
+    let offset = if most_s - least_s >= 0.05 {
+        format!("; where runs start, poses are between {} and {}", late(least_s), late(most_s))
+    } else if middle_s.abs() < 0.005 {
+        String::new()
+    } else {
+        format!("; where runs start, poses are {}", late(middle_s))
+    };
+    Some(format!(
+        "the clock of the poses of {} runs is {:.3} \u{b1} {:.3} % {}{offset}",
+        clocks.len(),
+        100.0 * first.rate.abs(),
+        100.0 * first.rate_sigma,
+        if first.rate > 0.0 { "fast" } else { "slow" }
+    ))
 }
 
 /// Why an effect was rejected.
@@ -288,6 +322,31 @@ mod tests {
         assert_eq!(
             step(6e-5, 5.5e-5),
             "it removes 0.06 mm of the error of these runs: too little to matter"
+        );
+    }
+
+    #[test]
+    fn one_rate_of_all_clocks_comes_with_its_uncertainty() {
+        let clock = |run: &str, offset_s, rate| ClockFound {
+            run: run.to_owned(),
+            offset_s,
+            offset_sigma_s: 1e-3,
+            rate,
+            rate_sigma: 5e-5,
+        };
+        let runs = ["a", "b", "c", "d"];
+        let of = |offset_s, rate| clocks(&runs.map(|run| clock(run, offset_s, rate)));
+        assert_eq!(
+            of(0.3, 0.01),
+            [
+                "Clocks: the clock of the poses of 4 runs is 1.000 \u{b1} 0.005 % fast; where runs start, poses are 0.30 s late. Times of poses were corrected before the fit."
+            ]
+        );
+        assert_eq!(
+            of(0.0, -0.003),
+            [
+                "Clocks: the clock of the poses of 4 runs is 0.300 \u{b1} 0.005 % slow. Times of poses were corrected before the fit."
+            ]
         );
     }
 

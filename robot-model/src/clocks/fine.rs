@@ -5,6 +5,8 @@
 //! from errors that grow along the path. By how much windows of a run disagree, its standard errors are widened.
 
 use super::clock_found::ClockFound;
+use super::common_rate::CommonRate;
+use super::corrections::{Correction, corrections};
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Facts, Group, Parameter, View};
@@ -25,14 +27,10 @@ const POSES_MIN: usize = 8;
 const MARGIN_S: f64 = 1.0;
 /// From this many points on, a line tells a rate.
 pub(super) const POINTS_FOR_RATE: usize = 5;
-/// What all runs share, up to this, is the delay of a camera and left to the effects, as long as no clock is wrong \[s\].
-const DELAY_MAX_S: f64 = 0.25;
-/// An offset of a run that differs from the common one is corrected from this on \[s\], and beyond chance.
-const OFFSET_MIN_S: f64 = 0.015;
 /// A rate is corrected if over the run it amounts to this \[s\], and beyond chance.
 const RATE_MIN_S: f64 = 0.02;
 /// Beyond chance: so many standard errors.
-const SIGMAS: f64 = 6.0;
+pub(super) const SIGMAS: f64 = 6.0;
 /// An offset is reported if it is this many standard errors from zero.
 const REPORTED_SIGMAS: f64 = 2.0;
 /// No offset is known better than this \[s\].
@@ -41,8 +39,10 @@ pub(super) const OFFSET_SIGMA_MIN_S: f64 = 1e-3;
 const CLOCK_SPREAD_S: f64 = 0.05;
 /// From this misfit on, a tracker whose noise nobody gave is taken to be as noisy as that.
 const NOISIER: f64 = 2.0;
-/// Offsets and rates are found anew after each correction.
+/// Offsets and rates are found anew after each correction; more often where a rate of all runs was found, as offsets of
+/// tenths of a second come near only step by step.
 const ROUNDS: usize = 2;
+const ROUNDS_WITH_RATE: usize = 8;
 
 /// Poses that are late.
 #[derive(Debug)]
@@ -79,14 +79,12 @@ impl Line {
     pub(super) fn at(&self, t_s: f64) -> f64 {
         self.offset_s + self.rate * (t_s - self.middle_s)
     }
-}
 
-/// What is taken out of a run.
-#[derive(Clone, Copy, Debug)]
-struct Correction {
-    offset_s: f64,
-    offset_sigma_s: f64,
-    rate: f64,
+    /// Whether it has a rate that is beyond chance, and large enough to matter.
+    pub(super) fn tells_rate(&self) -> bool {
+        let certain = self.rate_sigma > 0.0 && self.rate.abs() > SIGMAS * self.rate_sigma;
+        certain && self.rate.abs() * self.span_s > RATE_MIN_S
+    }
 }
 
 /// Corrects the times of poses, in the prepared runs and in the campaign, and gives what was taken out of each run, nothing
@@ -109,9 +107,24 @@ pub(super) fn align(
             rate_sigma: 0.0,
         })
         .collect();
-    for _ in 0..ROUNDS {
-        let lines = lines(prepared);
-        let corrections = corrections(&lines, &shifted);
+    let mut has_common = false;
+    for round in 0..ROUNDS_WITH_RATE {
+        if round >= ROUNDS && !has_common {
+            break;
+        }
+        let points = points(prepared);
+        let mut lines: Vec<Option<Line>> =
+            points.of_run.iter().map(|points| line(points)).collect();
+        let common = CommonRate::of(&points.of_run, points.scatter_min)
+            .filter(|common| has_common || common.is_told_by_all(&lines));
+        if round >= ROUNDS && common.is_some_and(|common| common.is_nothing()) {
+            break;
+        }
+        if let Some(common) = common {
+            common.give_to(&mut lines, prepared);
+            has_common = true;
+        }
+        let corrections = corrections(&lines, &shifted, common);
         if corrections.iter().all(Option::is_none) {
             break;
         }
@@ -128,7 +141,9 @@ pub(super) fn align(
             }
             clock.offset_s += offset_s;
             clock.offset_sigma_s = offset_sigma_s.max(OFFSET_SIGMA_MIN_S);
-            clock.rate += rate;
+            // Of the time that the poses' clock tells, what has been taken out.
+            let share = 1.0 - (1.0 - clock.rate / (1.0 + clock.rate)) * (1.0 - rate);
+            clock.rate = share / (1.0 - share);
             clock.rate_sigma = line.rate_sigma;
         }
     }
@@ -140,74 +155,19 @@ pub(super) fn is_reported(clock: &ClockFound) -> bool {
     clock.offset_s.abs() > REPORTED_SIGMAS * clock.offset_sigma_s || clock.rate != 0.0
 }
 
-/// The offset and rate to be taken out of each run.
-fn corrections(lines: &[Option<Line>], shifted: &[bool]) -> Vec<Option<Correction>> {
-    let mut offsets: Vec<f64> = lines.iter().flatten().map(|line| line.offset_s).collect();
-    offsets.sort_by(f64::total_cmp);
-    let Some(median_s) = offsets.get(offsets.len() / 2).copied() else {
-        return vec![None; lines.len()];
-    };
-    let most_shifted = 2 * shifted.iter().filter(|shifted| **shifted).count() > lines.len();
-    let differs = |line: &Line| {
-        let off_s = (line.offset_s - median_s).abs();
-        off_s > OFFSET_MIN_S && off_s > SIGMAS * line.offset_sigma_s
-    };
-    let (centre_s, spread_s2) = scatter(lines);
-    // If one run has an offset of its own, all may have. Otherwise all have the same, also those that cannot tell.
-    let any = lines.iter().flatten().any(differs);
-    let stays_s =
-        if median_s.abs() < DELAY_MAX_S && !most_shifted && !any { median_s } else { 0.0 };
-    let common = (most_shifted && !any).then(|| mean(lines));
-    lines
-        .iter()
-        .zip(shifted)
-        .map(|(line, shifted)| {
-            if let (Some((offset_s, offset_sigma_s)), true) = (common, *shifted) {
-                return Some(Correction { offset_s, offset_sigma_s, rate: 0.0 });
-            }
-            let line = (*line)?;
-            let sure = spread_s2 / (spread_s2 + line.offset_sigma_s.powi(2));
-            let offset_s = match (shifted, any) {
-                (true, _) => line.offset_s - stays_s,
-                (false, true) if differs(&line) => line.offset_s,
-                // What a run hardly tells is taken for what runs differ by.
-                (false, true) => centre_s + sure * (line.offset_s - centre_s),
-                (false, false) => 0.0,
-            };
-            let over_run_s = line.rate.abs() * line.span_s;
-            let certain = line.rate_sigma > 0.0 && line.rate.abs() > SIGMAS * line.rate_sigma;
-            let rate = if certain && over_run_s > RATE_MIN_S { line.rate } else { 0.0 };
-            let offset_sigma_s = line.offset_sigma_s;
-            let found = Correction { offset_s, offset_sigma_s, rate };
-            (offset_s != 0.0 || rate != 0.0).then_some(found)
-        })
-        .collect()
-}
-
-/// The mean and the variance of the true offsets of these runs \[s, s^2\].
-fn scatter(lines: &[Option<Line>]) -> (f64, f64) {
-    let mut known: Vec<&Line> = lines.iter().flatten().collect();
-    known.sort_by(|a, b| a.offset_sigma_s.total_cmp(&b.offset_sigma_s));
-    // Those that tell it best, as the others add their own errors.
-    known.truncate(known.len().div_ceil(2).max(3));
-    let n = known.len().max(1) as f64;
-    let mean_s = known.iter().map(|line| line.offset_s).sum::<f64>() / n;
-    let excess = |line: &&Line| (line.offset_s - mean_s).powi(2) - line.offset_sigma_s.powi(2);
-    (mean_s, (known.iter().map(excess).sum::<f64>() / n).max(1e-8))
-}
-
-/// The mean offset of these runs, by their standard errors, and its own \[s\].
-fn mean(lines: &[Option<Line>]) -> (f64, f64) {
-    let weight = |line: &Line| line.offset_sigma_s.max(1e-4).powi(-2);
-    let (sum, weights) = lines.iter().flatten().fold((0.0, 0.0), |(sum, weights), line| {
-        (sum + weight(line) * line.offset_s, weights + weight(line))
-    });
-    let weights = weights.max(f64::MIN_POSITIVE);
-    (sum / weights, weights.sqrt().recip())
-}
-
 /// Offset and rate of each run; `None` where its poses do not tell.
 pub(super) fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
+    points(prepared).of_run.iter().map(|points| line(points)).collect()
+}
+
+/// Time, offset and weight of the windows of each run.
+struct Points {
+    of_run: Vec<Vec<[f64; 3]>>,
+    /// What they scatter by if nothing but the noise that was assumed is there.
+    scatter_min: f64,
+}
+
+fn points(prepared: &Prepared) -> Points {
     let robot = &prepared.robot;
     let typical = OdometryNoise::TYPICAL;
     let noise = OdometryNoise {
@@ -238,12 +198,12 @@ pub(super) fn lines(prepared: &Prepared) -> Vec<Option<Line>> {
         offsets = window_offsets(prepared, &cut, noisier);
     }
     let widened = self::misfit(&offsets).max(1.0);
-    let mut points: Vec<Vec<[f64; 3]>> = vec![Vec::new(); prepared.runs.len()];
+    let mut of_run: Vec<Vec<[f64; 3]>> = vec![Vec::new(); prepared.runs.len()];
     for offset in &offsets {
         let (index, middle_s) = places[offset.window];
-        points[index].push([middle_s, offset.offset_s, offset.weight / widened.powi(2)]);
+        of_run[index].push([middle_s, offset.offset_s, offset.weight / widened.powi(2)]);
     }
-    points.iter().map(|points| line(points)).collect()
+    Points { of_run, scatter_min: widened.recip() }
 }
 
 /// What the poses of one window tell about its offset.

@@ -2,8 +2,10 @@
 //! fitted.
 //!
 //! ```text
-//! time of the wheels = time of the poses - offset - rate (time of the poses - middle of the run)              (1)
+//! time of the wheels = time of the poses - offset - rate / (1 + rate) (time of the poses - middle of the run)   (1)
 //! ```
+//!
+//! with the start of the run instead of its middle where all runs have one rate.
 //!
 //! An offset above zero says that the poses come late. What all runs share, up to a few tenths of a second, is left as
 //! it is: that is the delay of a camera, and an effect of the catalogue. So are small differences between runs, which
@@ -14,11 +16,15 @@
 //! | --- | --- |
 //! | `clock_found.rs` | [`ClockFound`]: offset and rate of one run |
 //! | `coarse.rs` | offsets of up to half a minute: the lag at which speeds and turn rates agree |
+//! | `common_rate.rs` | one rate for all runs, where each alone is too short to tell it |
+//! | `corrections.rs` | which offset and rate is taken out of each run |
 //! | `drift.rs` | [`drift()`]: two clocks that drift apart over the runs of one log |
 //! | `fine.rs` | offset and rate from the filter, window by window of a run |
 
 mod clock_found;
 mod coarse;
+mod common_rate;
+mod corrections;
 mod drift;
 mod fine;
 #[cfg(test)]

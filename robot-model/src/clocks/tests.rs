@@ -1,8 +1,12 @@
 //! Clocks that are made wrong are found, and clocks that agree are left alone.
 
+use crate::clocks::common_rate::CommonRate;
+use crate::clocks::fine::{Line, line};
 use crate::clocks::{ClockFound, drift, prepare};
 use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
+use crate::recording::nominal_run::Piece;
+use crate::recording::run::PoseMeasurement;
 use crate::tests::synthetic::{campaign, full_plan, term};
 
 fn found(campaign: &Campaign) -> Vec<ClockFound> {
@@ -44,6 +48,78 @@ fn clocks_that_drift_from_run_to_run_are_told_by_how_much_and_others_are_not() {
         let off = (found.rate - rate).abs();
         assert!(off < (4.0 * found.sigma).max(0.01 * rate.abs()), "{rate}: {found:?}");
         assert!(found.sigma < 4e-6, "{rate}: {found:?}");
+    }
+}
+
+/// Drives of half a minute with turns of both signs and speeds that change, as by hand.
+fn free_drives(runs: usize, random: &mut Random) -> Vec<(String, f64, Vec<Piece>)> {
+    let mut drive = || {
+        let (mut pieces, mut left_s) = (Vec::new(), 28.0);
+        while left_s > 0.0 {
+            let (kind, speed_mps) = (random.uniform(), 0.1 + 0.25 * random.uniform());
+            let sign = if random.uniform() < 0.5 { -1.0 } else { 1.0 };
+            let duration_s = 1.0 + 2.0 * random.uniform();
+            left_s -= duration_s + 0.7;
+            let travel_m = speed_mps * duration_s;
+            pieces.push(match kind {
+                kind if kind < 0.2 => Piece::Spin { turn_rad: sign * travel_m / 0.15, speed_mps },
+                kind if kind < 0.4 => Piece::Straight { travel_m: sign * travel_m, speed_mps },
+                kind => {
+                    let radius_m = 0.2 + kind;
+                    Piece::Arc { radius_m, turn_rad: sign * travel_m / radius_m, speed_mps }
+                }
+            });
+        }
+        pieces
+    };
+    (0..runs).map(|k| (format!("free_{k}"), k as f64, drive())).collect()
+}
+
+/// These drives before a camera with a noise of millimetres that nobody gave.
+fn before_a_camera(runs: usize, seed: u64) -> Campaign {
+    let mut random = Random::new(seed);
+    let mut campaign = campaign(&free_drives(runs, &mut random), &[], seed);
+    for pose in campaign.runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+        pose.position_m.iter_mut().flatten().for_each(|x_m| *x_m += 4.3e-3 * random.normal());
+        pose.heading_rad = pose.heading_rad.map(|turn_rad| turn_rad + 8e-3 * random.normal());
+    }
+    campaign
+}
+
+#[test]
+fn a_rate_that_all_runs_share_is_found_where_each_alone_is_too_short() {
+    for (seed, (rate, late_s)) in
+        (70..).zip([(-0.02, 0.0), (-0.005, 0.1), (0.003, 0.0), (0.01, 0.3), (0.02, 4.0)])
+    {
+        let mut runs = before_a_camera(8, seed);
+        let sound = found(&runs);
+        assert!(sound.is_empty(), "{sound:?}");
+        for pose in runs.runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+            pose.t_s += rate * pose.t_s + late_s;
+        }
+        let (prepared, clocks) = prepare(&runs).unwrap();
+        assert_eq!(clocks.len(), runs.runs.len(), "{rate}: {clocks:?}");
+        for clock in &clocks {
+            let off = (clock.rate - rate).abs();
+            assert!(off < (4.0 * clock.rate_sigma).max(0.01 * rate.abs()), "{rate}: {clock:?}");
+            assert!(clock.rate_sigma < 3e-4, "{rate}: {clock:?}");
+        }
+        // What is left is at most an offset that all runs share.
+        let ends_s = |poses: &[PoseMeasurement]| [poses[0].t_s, poses[poses.len() - 1].t_s];
+        let sound = before_a_camera(8, seed);
+        let left_s: Vec<f64> = prepared
+            .runs
+            .iter()
+            .zip(&sound.runs)
+            .flat_map(|(a, b)| {
+                let (a, b) = (ends_s(&a.recording.measured_poses), ends_s(&b.measured_poses));
+                [a[0] - b[0], a[1] - b[1]]
+            })
+            .collect();
+        let least_s = left_s.iter().copied().fold(f64::INFINITY, f64::min);
+        let most_s = left_s.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        assert!(most_s - least_s < 0.02, "{rate}: {left_s:?}");
+        assert!(most_s < 0.25, "{rate}: {left_s:?}");
     }
 }
 
@@ -127,4 +203,20 @@ fn a_clock_that_jumps_by_years_or_more_costs_no_time_and_hides_no_other_runs_off
             assert!(offset_s(&run.name).abs() < 0.02, "{jump_s} s: {clocks:?}");
         }
     }
+}
+
+#[test]
+fn runs_of_which_one_has_clearly_another_rate_have_none_in_common() {
+    let is_told = |rates: [f64; 6]| {
+        let jitter_s = |k: i32| if k % 2 == 0 { 1e-4 } else { -1e-4 };
+        let points = rates.map(|rate| -> Vec<[f64; 3]> {
+            let point = |k| [12.0 * f64::from(k), rate * 12.0 * f64::from(k) + jitter_s(k), 1e6];
+            (0..8).map(point).collect()
+        });
+        let lines: Vec<Option<Line>> = points.iter().map(|points| line(points)).collect();
+        CommonRate::of(&points, 1.0).is_some_and(|common| common.is_told_by_all(&lines))
+    };
+    assert!(is_told([1e-3; 6]));
+    assert!(!is_told([1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1.5e-3]));
+    assert!(!is_told([0.0; 6]));
 }

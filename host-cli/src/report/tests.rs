@@ -53,6 +53,7 @@ fn answer() -> Answer {
             p_value: 0.001,
             place_m: None,
             places: Vec::new(),
+            outliers: false,
             runs_off: Vec::new(),
             size_m: 3e-3,
             expression: None,

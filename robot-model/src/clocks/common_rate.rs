@@ -11,7 +11,7 @@
 //! A clock that runs fast from the start of a run is late by more, the longer the run is. So offsets are told at the
 //! starts of the runs, where they are the same for all.
 
-use super::fine::Line;
+use super::line::Line;
 use crate::numeric::median::median;
 use crate::recording::campaign::Prepared;
 

@@ -1,7 +1,7 @@
 //! Which offset and rate is taken out of each run, and what is left to the effects.
 
 use super::common_rate::CommonRate;
-use super::fine::{Line, SIGMAS};
+use super::line::{Line, SIGMAS};
 
 /// What all runs share, up to this, is the delay of a camera and left to the effects, as long as no clock is wrong \[s\].
 const DELAY_MAX_S: f64 = 0.25;

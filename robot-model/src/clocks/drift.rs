@@ -6,6 +6,7 @@
 //!
 //! Every offset is found alone, and weighs by its standard error; what is far from the line is left out once.
 
+use super::line::{Line, POINTS_FOR_RATE, line as straight_line};
 use super::{coarse, fine};
 use crate::numeric::median::median;
 use crate::recording::campaign::Campaign;
@@ -34,7 +35,7 @@ const FAR_TIMES: f64 = 5.0;
 pub fn drift(campaign: &Campaign) -> Result<Option<Drift>, RecordingError> {
     let started: Vec<&Recording> =
         campaign.runs.iter().filter(|run| run.started_s.is_some()).collect();
-    if started.len() < fine::POINTS_FOR_RATE {
+    if started.len() < POINTS_FOR_RATE {
         return Ok(None);
     }
     let every = started.len().div_ceil(RUNS_MAX);
@@ -53,15 +54,15 @@ pub fn drift(campaign: &Campaign) -> Result<Option<Drift>, RecordingError> {
         let offset_s = shifted_s + line.offset_s;
         points.push([started_s + line.middle_s, offset_s, sigma_s.powi(-2)]);
     }
-    let Some(rough) = fine::line(&points) else { return Ok(None) };
+    let Some(rough) = straight_line(&points) else { return Ok(None) };
     let far_s = |[t_s, offset_s, _]: &[f64; 3]| (offset_s - rough.at(*t_s)).abs();
     let Some(usual_s) = median(points.iter().map(far_s).collect()) else { return Ok(None) };
     points.retain(|point| far_s(point) <= FAR_TIMES * usual_s.max(fine::OFFSET_SIGMA_MIN_S));
-    let is_told = |line: &fine::Line| {
+    let is_told = |line: &Line| {
         let over_log_s = line.rate.abs() * line.span_s;
         line.rate.abs() > SIGMAS * line.rate_sigma && over_log_s > OVER_LOG_S
     };
-    Ok(fine::line(&points).filter(is_told).map(|line| Drift {
+    Ok(straight_line(&points).filter(is_told).map(|line| Drift {
         rate: line.rate,
         sigma: line.rate_sigma,
         middle_s: line.middle_s,

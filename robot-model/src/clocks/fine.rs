@@ -7,6 +7,7 @@
 use super::clock_found::ClockFound;
 use super::common_rate::CommonRate;
 use super::corrections::{Correction, corrections};
+use super::line::{Line, line};
 use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Facts, Group, Parameter, View};
@@ -25,12 +26,6 @@ const WINDOW_S: f64 = 12.0;
 const POSES_MIN: usize = 8;
 /// A window has the wheels from so long before its first pose to so long after its last \[s\].
 const MARGIN_S: f64 = 1.0;
-/// From this many points on, a line tells a rate.
-pub(super) const POINTS_FOR_RATE: usize = 5;
-/// A rate is corrected if over the run it amounts to this \[s\], and beyond chance.
-const RATE_MIN_S: f64 = 0.02;
-/// Beyond chance: so many standard errors.
-pub(super) const SIGMAS: f64 = 6.0;
 /// An offset is reported if it is this many standard errors from zero.
 const REPORTED_SIGMAS: f64 = 2.0;
 /// No offset is known better than this \[s\].
@@ -60,30 +55,6 @@ impl Effect for Late {
 
     fn observe(&self, p: &[Jet; PARAMETERS_MAX]) -> View {
         View { delay_s: p[0], ..View::NONE }
-    }
-}
-
-/// Offset and rate of one run, about the middle of its poses.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Line {
-    pub(super) middle_s: f64,
-    pub(super) span_s: f64,
-    pub(super) offset_s: f64,
-    pub(super) offset_sigma_s: f64,
-    pub(super) rate: f64,
-    pub(super) rate_sigma: f64,
-}
-
-impl Line {
-    /// The offset at a time \[s\].
-    pub(super) fn at(&self, t_s: f64) -> f64 {
-        self.offset_s + self.rate * (t_s - self.middle_s)
-    }
-
-    /// Whether it has a rate that is beyond chance, and large enough to matter.
-    pub(super) fn tells_rate(&self) -> bool {
-        let certain = self.rate_sigma > 0.0 && self.rate.abs() > SIGMAS * self.rate_sigma;
-        certain && self.rate.abs() * self.span_s > RATE_MIN_S
     }
 }
 
@@ -288,36 +259,4 @@ fn window(run: &PreparedRun, poses: Vec<PoseMeasurement>) -> PreparedRun {
     let steps = run.motion.steps[first..last].to_vec();
     let motion = Motion { start_s: recording.wheels[0].t_s, steps };
     PreparedRun { recording, motion, kind: run.kind }
-}
-
-/// The straight line through points of time, offset and weight.
-pub(super) fn line(points: &[[f64; 3]]) -> Option<Line> {
-    let weight: f64 = points.iter().map(|[_, _, weight]| weight).sum();
-    if points.len() < 2 || weight <= 0.0 {
-        return None;
-    }
-    let mean = |of: usize| points.iter().map(|point| point[of] * point[2]).sum::<f64>() / weight;
-    let (middle_s, offset_s) = (mean(0), mean(1));
-    let square: f64 = points.iter().map(|[t_s, _, weight]| weight * (t_s - middle_s).powi(2)).sum();
-    let product: f64 = points
-        .iter()
-        .map(|[t_s, tau_s, weight]| weight * (t_s - middle_s) * (tau_s - offset_s))
-        .sum();
-    let has_rate = points.len() >= POINTS_FOR_RATE && square > 0.0;
-    let rate = if has_rate { product / square } else { 0.0 };
-    let left: f64 = points
-        .iter()
-        .map(|[t_s, tau_s, weight]| weight * (tau_s - offset_s - rate * (t_s - middle_s)).powi(2))
-        .sum();
-    let free = points.len() as f64 - if has_rate { 2.0 } else { 1.0 };
-    let widened = (left / free).sqrt().max(1.0);
-    let (first, last) = (points[0][0], points[points.len() - 1][0]);
-    Some(Line {
-        middle_s,
-        span_s: last - first,
-        offset_s,
-        offset_sigma_s: widened / weight.sqrt(),
-        rate,
-        rate_sigma: if has_rate { widened / square.sqrt() } else { 0.0 },
-    })
 }

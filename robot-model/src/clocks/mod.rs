@@ -27,6 +27,7 @@ mod common_rate;
 mod corrections;
 mod drift;
 mod fine;
+mod line;
 #[cfg(test)]
 mod tests;
 

@@ -1,7 +1,7 @@
 //! Clocks that are made wrong are found, and clocks that agree are left alone.
 
 use crate::clocks::common_rate::CommonRate;
-use crate::clocks::fine::{Line, line};
+use crate::clocks::line::{Line, line};
 use crate::clocks::{ClockFound, drift, prepare};
 use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;

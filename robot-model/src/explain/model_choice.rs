@@ -12,7 +12,7 @@ use crate::selection::candidates::{Screening, is_geometry};
 use crate::selection::chance::is_chance;
 use crate::selection::classes::{Class, classes};
 use crate::selection::effect_test::EffectTest;
-use crate::selection::select::{Selection, select, with_preferred};
+use crate::selection::select::{Selection, geometry_first, select, with_preferred};
 
 /// The effects chosen for a campaign.
 pub(crate) struct Choice<'a> {
@@ -42,9 +42,10 @@ pub(crate) fn choose<'a>(
     catalogue: &[&'a dyn Effect],
     in_model: &[&str],
 ) -> Choice<'a> {
-    let selection = select(&prepared, catalogue);
+    let selection = select_geometry_first(&prepared, catalogue, in_model);
     let first_noise = selection.fitted.noise;
-    let (prepared, mut selection, flexible) = beyond_noise(prepared, selection, catalogue);
+    let (prepared, mut selection, flexible) =
+        beyond_noise(prepared, selection, catalogue, in_model);
     let flexible = reaching_further(flexible, &prepared, &selection.fitted, catalogue);
     let alternative = alternative_fit(&prepared, &selection.fitted, catalogue);
     let selected = selection.fitted.clone();
@@ -75,6 +76,16 @@ pub(crate) fn choose<'a>(
     }
 }
 
+/// The selection, with radii and track width in the place of what cannot be told from them.
+fn select_geometry_first<'a>(
+    prepared: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    in_model: &[&str],
+) -> Selection<'a> {
+    let selection = select(prepared, catalogue);
+    geometry_first(prepared, catalogue, &selection, in_model).unwrap_or(selection)
+}
+
 /// Less noise than this share of what was learnt is worth another search.
 const LESS_NOISE: f64 = 0.9;
 
@@ -92,13 +103,14 @@ fn beyond_noise<'a>(
     prepared: Prepared,
     selection: Selection<'a>,
     catalogue: &[&'a dyn Effect],
+    in_model: &[&str],
 ) -> (Prepared, Selection<'a>, Flexible) {
     let first = flexible(&prepared, &selection.fitted, catalogue);
     if first.excess(prepared.robot.track_width_m) < 1.0 / LESS_NOISE {
         return (prepared, selection, first);
     }
     let honest = Prepared { noise: Some(first.noise), ..prepared.clone() };
-    let again = select(&honest, catalogue);
+    let again = select_geometry_first(&honest, catalogue, in_model);
     let track_width_m = prepared.robot.track_width_m;
     let (first, second) =
         both_reach(first, flexible(&honest, &again.fitted, catalogue), track_width_m);

@@ -23,6 +23,7 @@ use crate::residuals::group_search::{FlexibleFit, GroupSearch};
 use crate::residuals::place_waves::{PlaceWave, strongest};
 use crate::residuals::regressor::Regressor;
 use crate::residuals::wheel_rates::wheel_rates;
+use crate::residuals::whiteness::persisting;
 
 /// The groups are chosen from at most this many poses of a run: their shapes are wide.
 const POSES_MAX: usize = 200;
@@ -96,15 +97,33 @@ pub(crate) fn reaching_further(
     let mut patches = visited(prepared);
     patches.extend(best_places(&thinned, fitted));
     let rates = wheel_rates(&prepared.excitation);
-    let times = campaign_times(prepared);
-    let waves: Vec<PlaceWave> =
-        strongest(prepared, fitted).into_iter().map(|(wave, _)| wave).collect();
     let mut pool = pool(prepared, fitted, catalogue);
     pool.extend(of_regressor(Regressor::Place, &patches));
-    pool.extend(of_regressor(Regressor::Place, &waves));
     pool.extend(of_regressor(Regressor::WheelSpeed, &rates));
+    let further = searched((prepared, &thinned), fitted, &pool, first);
+    // Beside more functions a search may miss what it found without them: these have one of their own.
+    let waves: Vec<PlaceWave> =
+        strongest(prepared, fitted).into_iter().map(|(wave, _)| wave).collect();
+    let times = match persisting(prepared, fitted) {
+        Some(_) => campaign_times(prepared),
+        None => Vec::new(),
+    };
+    if waves.is_empty() && times.is_empty() {
+        return further;
+    }
+    pool.extend(of_regressor(Regressor::Place, &waves));
     pool.extend(of_regressor(Regressor::TimeInCampaign, &times));
-    let search = GroupSearch::new((prepared, &thinned), true, &pool);
+    searched((prepared, &thinned), fitted, &pool, further)
+}
+
+/// A flexible model, or what groups of this pool reach, if that is less.
+fn searched<'a>(
+    (prepared, thinned): (&Prepared, &Prepared),
+    fitted: &Fitted<'a>,
+    pool: &[(Option<Regressor>, Term<'a>)],
+    first: Flexible,
+) -> Flexible {
+    let search = GroupSearch::new((prepared, thinned), true, pool);
     let model = search.evaluated(fitted.terms.clone(), Vec::new(), fitted.noise);
     // What gains most likelihood may keep out what lowers displacements most: both begin once.
     let begun = search.with_groups_worth_adding(&model);
@@ -118,7 +137,7 @@ pub(crate) fn reaching_further(
     let track_width_m = prepared.robot.track_width_m;
     let of = |errors: &Errors| displacement_m(errors, track_width_m);
     if of(&best.errors) < of(&first.reachable) {
-        Flexible { noise: first.noise, ..Flexible::new(&model, &best, &pool) }
+        Flexible { noise: first.noise, ..Flexible::new(&model, &best, pool) }
     } else {
         first
     }

@@ -74,23 +74,25 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
     while let Some(more) = reconsidered(prepared, catalogue, &selection) {
         selection = more;
     }
-    geometry_first(prepared, catalogue, &selection).unwrap_or(selection)
+    selection
 }
 
 /// The selection with radii or track width in the place of effects that these runs cannot tell from them, if they pass.
 ///
 /// Every robot's numbers are a little off, few floors slope; and what three parameters of a floor do no better than a track
-/// width, they do on another floor at random.
-fn geometry_first<'a>(
+/// width, they do on another floor at random. What is in the user's model already stays.
+pub(crate) fn geometry_first<'a>(
     prepared: &Prepared,
     catalogue: &[&'a dyn Effect],
     selection: &Selection<'a>,
+    in_model: &[&str],
 ) -> Option<Selection<'a>> {
-    if selection.fitted.terms.iter().all(|term| is_geometry(term.effect)) {
+    let preferred =
+        |effect: &dyn Effect| is_geometry(effect) || in_model.contains(&effect.facts().id);
+    if selection.fitted.terms.iter().all(|term| preferred(term.effect)) {
         return None;
     }
     let classes = classes(prepared, &selection.fitted, &selection.screening, &selection.kept);
-    let preferred = |effect: &dyn Effect| is_geometry(effect);
     with_preferred(prepared, catalogue, (selection, &classes), preferred)
 }
 

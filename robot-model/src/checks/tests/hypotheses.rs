@@ -219,7 +219,7 @@ fn a_counter_with_many_bits_steps_by_more_than_half_the_range_of_few_and_wraps_n
         reset(&mut runs[index]);
         let found = data_hypotheses(&robot, &runs);
         let is_reset = |what: &DataFault| matches!(what, DataFault::CounterReset { .. });
-        assert!(found.len() == 1 && is_reset(&found[0].what), "{counts}: {}", show(&found));
+        assert!(found.iter().any(|one| is_reset(&one.what)), "{counts}: {}", show(&found));
     }
 }
 

@@ -5,6 +5,7 @@ use crate::effect::definition::Effect;
 use crate::estimation::errors::lower;
 use crate::estimation::fit::Fitted;
 use crate::explain::alternative_fit::{AlternativeFit, alternative_fit};
+use crate::explain::model_errors::errors;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::residuals::flexible_model::{Flexible, flexible, reaching_further};
@@ -42,11 +43,18 @@ pub(crate) fn choose<'a>(
     catalogue: &[&'a dyn Effect],
     in_model: &[&str],
 ) -> Choice<'a> {
-    let selection = select_geometry_first(&prepared, catalogue, in_model);
-    let first_noise = selection.fitted.noise;
-    let (prepared, mut selection, flexible) =
-        beyond_noise(prepared, selection, catalogue, in_model);
-    let flexible = reaching_further(flexible, &prepared, &selection.fitted, catalogue);
+    let selection = select(&prepared, catalogue);
+    let mut first_noise = selection.fitted.noise;
+    let (prepared, mut selection, flexible) = beyond_noise(prepared, selection, catalogue);
+    let mut flexible = reaching_further(flexible, &prepared, &selection.fitted, catalogue);
+    if let Some(replaced) = geometry_first(&prepared, catalogue, &selection, in_model) {
+        let Fitted { terms, noise, .. } = &replaced.fitted;
+        flexible.model = errors(&prepared, noise, terms).cross_validated;
+        if prepared.noise.is_none() {
+            first_noise = *noise;
+        }
+        selection = replaced;
+    }
     let alternative = alternative_fit(&prepared, &selection.fitted, catalogue);
     let selected = selection.fitted.clone();
     if let Some(alternative) = &alternative {
@@ -76,16 +84,6 @@ pub(crate) fn choose<'a>(
     }
 }
 
-/// The selection, with radii and track width in the place of what cannot be told from them.
-fn select_geometry_first<'a>(
-    prepared: &Prepared,
-    catalogue: &[&'a dyn Effect],
-    in_model: &[&str],
-) -> Selection<'a> {
-    let selection = select(prepared, catalogue);
-    geometry_first(prepared, catalogue, &selection, in_model).unwrap_or(selection)
-}
-
 /// Less noise than this share of what was learnt is worth another search.
 const LESS_NOISE: f64 = 0.9;
 
@@ -103,14 +101,13 @@ fn beyond_noise<'a>(
     prepared: Prepared,
     selection: Selection<'a>,
     catalogue: &[&'a dyn Effect],
-    in_model: &[&str],
 ) -> (Prepared, Selection<'a>, Flexible) {
     let first = flexible(&prepared, &selection.fitted, catalogue);
     if first.excess(prepared.robot.track_width_m) < 1.0 / LESS_NOISE {
         return (prepared, selection, first);
     }
     let honest = Prepared { noise: Some(first.noise), ..prepared.clone() };
-    let again = select_geometry_first(&honest, catalogue, in_model);
+    let again = select(&honest, catalogue);
     let track_width_m = prepared.robot.track_width_m;
     let (first, second) =
         both_reach(first, flexible(&honest, &again.fitted, catalogue), track_width_m);

@@ -218,20 +218,6 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
         },
     },
     AuxiliaryEffect {
-        // What the last turn left behind: a caster, a toe, a belt.
-        regressor: Regressor::TurnRate,
-        act: |p, step, memory| {
-            let side = last_turned_to(step, memory);
-            let path_m = step.travel_m().abs();
-            Change {
-                turn_rad: (p[0] * path_m + p[1] * step.travel_m()) * side,
-                sideways_m: p[2] * (side * path_m),
-                turning: p[3] * (side * step.turn_rate_rad_s().signum()),
-                ..Change::NONE
-            }
-        },
-    },
-    AuxiliaryEffect {
         regressor: Regressor::TravelDirection,
         act: |p, step, _| {
             // In a spin the middle goes nowhere, whatever the sign of its last bit.
@@ -297,3 +283,18 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
 /// What may differ from run to run: the travel of either wheel, a pull, the track width.
 pub(super) static OF_A_RUN: AuxiliaryEffect =
     AuxiliaryEffect { regressor: Regressor::Run, act: |p, step, _| radii_and_track(p, step, 1.0) };
+
+/// What the last turn left behind: a caster, a toe, a belt.
+pub(super) static AFTER_A_TURN: AuxiliaryEffect = AuxiliaryEffect {
+    regressor: Regressor::TurnRate,
+    act: |p, step, memory| {
+        let side = last_turned_to(step, memory);
+        let path_m = step.travel_m().abs();
+        Change {
+            turn_rad: (p[0] * path_m + p[1] * step.travel_m()) * side,
+            sideways_m: p[2] * (side * path_m),
+            turning: p[3] * (side * step.turn_rate_rad_s().signum()),
+            ..Change::NONE
+        }
+    },
+};

@@ -15,7 +15,7 @@ use crate::estimation::errors::{Errors, displacement_m};
 use crate::estimation::fit::Fitted;
 use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::residuals::auxiliary_effects::AUXILIARY_EFFECTS;
+use crate::residuals::auxiliary_effects::{AFTER_A_TURN, AUXILIARY_EFFECTS};
 use crate::residuals::basis_functions::FUNCTIONS;
 use crate::residuals::campaign_times::campaign_times;
 use crate::residuals::floor_location::{best_places, visited};
@@ -104,15 +104,13 @@ pub(crate) fn reaching_further(
     // Beside more functions a search may miss what it found without them: these have one of their own.
     let waves: Vec<PlaceWave> =
         strongest(prepared, fitted).into_iter().map(|(wave, _)| wave).collect();
-    let times = match persisting(prepared, fitted) {
-        Some(_) => campaign_times(prepared),
-        None => Vec::new(),
-    };
-    if waves.is_empty() && times.is_empty() {
+    if waves.is_empty() && persisting(prepared, fitted).is_none() {
         return further;
     }
+    let times = campaign_times(prepared);
     pool.extend(of_regressor(Regressor::Place, &waves));
     pool.extend(of_regressor(Regressor::TimeInCampaign, &times));
+    pool.push((Some(AFTER_A_TURN.regressor), zero(&AFTER_A_TURN)));
     searched((prepared, &thinned), fitted, &pool, further)
 }
 

@@ -25,7 +25,7 @@ use crate::residuals::uneven_runs::uneven_runs;
 use crate::residuals::whiteness::persisting;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
-use super::auxiliary_effects::{AUXILIARY_EFFECTS, OF_A_RUN};
+use super::auxiliary_effects::{AFTER_A_TURN, AUXILIARY_EFFECTS, AuxiliaryEffect, OF_A_RUN};
 use super::expression::Expression;
 use super::floor_location::{FloorPatch, FloorSearch, PlaceSeen, search_floor};
 use super::regressor::Regressor;
@@ -254,7 +254,7 @@ fn by_own_gain<'a>(
 
 /// The model's terms, then the auxiliary effects, the places, and what may differ from run to run.
 fn with_auxiliary<'a>(fitted: &Fitted<'a>, patches: &'a [FloorPatch]) -> Vec<PlacedTerm<'a>> {
-    let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| one as &dyn Effect);
+    let auxiliary = auxiliary_effects().map(|one| one as &dyn Effect);
     let added =
         auxiliary.chain(patches.iter().map(|patch| patch as &dyn Effect)).chain([&OF_A_RUN as _]);
     let mut terms = fitted.terms.clone();
@@ -265,13 +265,18 @@ fn with_auxiliary<'a>(fitted: &Fitted<'a>, patches: &'a [FloorPatch]) -> Vec<Pla
     PlacedTerm::place(&terms)
 }
 
+/// All that are tested.
+fn auxiliary_effects() -> impl Iterator<Item = &'static AuxiliaryEffect> {
+    AUXILIARY_EFFECTS.iter().chain([&AFTER_A_TURN])
+}
+
 /// The regressors that the campaign's motion shows: of `added`, the auxiliary effects and the places.
 fn open_regressors<'a>(
     equations: &CampaignEquations,
     added: &[PlacedTerm<'a>],
     patches: &[FloorPatch],
 ) -> Vec<OpenRegressor<'a>> {
-    let auxiliary = AUXILIARY_EFFECTS.iter().map(|one| (one.regressor, None));
+    let auxiliary = auxiliary_effects().map(|one| (one.regressor, None));
     let places = patches.iter().map(|patch| (Regressor::Place, Some(patch.at_m)));
     let open = |((regressor, patch_m), term): (_, &PlacedTerm<'a>)| {
         let columns = visible(equations, term.columns());

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! A pull that is another in each run, or changes over minutes, shows in (1); what takes some seconds, in (2). The quantities are
-//! the heading, and the position ahead. No noise model is exact, so both have to be large as well as significant.
+//! the heading, and the position ahead. No noise model is exact, so both have to be large as well as significant. Where a tracker's
+//! own error lasts for seconds, its innovations are white only as far as that error is known: such a quantity is not asked.
 
 use super::regressor::Regressor;
 use crate::effect::composition::Terms;
@@ -22,6 +23,7 @@ use crate::numeric::distributions::chi_squared;
 use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
 use crate::recording::motion::Step;
+use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::PoseMeasurement;
 
 /// Fewer innovations in half of a run do not show what persists.
@@ -82,7 +84,10 @@ pub(crate) fn persisting(prepared: &Prepared, fitted: &Fitted<'_>) -> Option<Per
         whiten(&run.motion, &run.recording.measured_poses, fixed, &fitted.noise, &mut innovations);
         innovations.of
     });
-    let found = (0..2).filter_map(|quantity| {
+    let OdometryNoise { heading_sigma_rad, heading_wobble_rad, .. } = fitted.noise;
+    let OdometryNoise { position_sigma_m, position_wobble_m, .. } = fitted.noise;
+    let is_asked = [heading_wobble_rad < heading_sigma_rad, position_wobble_m < position_sigma_m];
+    let found = (0..2).filter(|quantity| is_asked[*quantity]).filter_map(|quantity| {
         let of: Vec<&[f64]> = runs.iter().map(|run| &run[quantity][..]).collect();
         over_halves(&of).or_else(|| over_seconds(&of))
     });

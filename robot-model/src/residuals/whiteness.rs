@@ -11,7 +11,8 @@
 //!
 //! A pull that is another in each run, or changes over minutes, shows in (1); what takes some seconds, in (2). The quantities are
 //! the heading, and the position ahead. No noise model is exact, so both have to be large as well as significant. Where a tracker's
-//! own error lasts for seconds, its innovations are white only as far as that error is known: such a quantity is not asked.
+//! own error lasts for seconds, its innovations are white only as far as that error is known: such a quantity is not asked, nor is one
+//! whose error the user gave, as nobody said how fast that changes.
 
 use super::regressor::Regressor;
 use crate::effect::composition::Terms;
@@ -86,7 +87,10 @@ pub(crate) fn persisting(prepared: &Prepared, fitted: &Fitted<'_>) -> Option<Per
     });
     let OdometryNoise { heading_sigma_rad, heading_wobble_rad, .. } = fitted.noise;
     let OdometryNoise { position_sigma_m, position_wobble_m, .. } = fitted.noise;
-    let is_asked = [heading_wobble_rad < heading_sigma_rad, position_wobble_m < position_sigma_m];
+    let is_asked = [
+        prepared.robot.heading_sigma_rad.is_none() && heading_wobble_rad < heading_sigma_rad,
+        prepared.robot.position_sigma_m.is_none() && position_wobble_m < position_sigma_m,
+    ];
     let found = (0..2).filter(|quantity| is_asked[*quantity]).filter_map(|quantity| {
         let of: Vec<&[f64]> = runs.iter().map(|run| &run[quantity][..]).collect();
         over_halves(&of).or_else(|| over_seconds(&of))

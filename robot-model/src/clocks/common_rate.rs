@@ -17,8 +17,8 @@ use crate::recording::campaign::Prepared;
 
 /// Fewest windows beyond those that the offsets of the runs need.
 const FREE_MIN: f64 = 4.0;
-/// A rate is told if it is so many standard errors, and over the longest run so long \[s\].
-const SIGMAS: f64 = 6.0;
+/// A rate is told if it is so many standard errors (nine short runs of a real robot gave a false one of 2.3 % at 7), and over the longest run so long \[s\].
+const SIGMAS: f64 = 12.0;
 const OVER_RUN_S: f64 = 0.02;
 /// A run that alone is so many standard errors off the common rate, and so large a share of it, has one of its own.
 const OTHER_SIGMAS: f64 = 4.0;

@@ -121,6 +121,9 @@ impl fmt::Display for RecordingError {
 
 impl core::error::Error for RecordingError {}
 
+/// Samples farther apart than this do not tell the acceleration between two of them \[s\].
+const ACCELERATION_KNOWN_S: f64 = 0.045;
+
 impl Recording {
     /// Refuses what cannot be computed with.
     pub fn validate(&self) -> Result<(), RecordingError> {
@@ -182,11 +185,13 @@ impl Recording {
     /// How far beyond the mean of both samples the wheels are in the middle between a sample and the next one, if they
     /// accelerate evenly there: -a dt^2 / 8, with the acceleration between the steps before and after \[rad\].
     ///
-    /// At most a quarter of the turn between the two samples: no wheel turns back between them.
+    /// At most a quarter of the turn between the two samples: no wheel turns back between them. Of samples far apart, three
+    /// steps do not tell it.
     pub(crate) fn bulge_rad(&self, k: usize) -> WheelPair<f64> {
         let last = self.wheels.len() - 2;
         let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
-        if before == after {
+        let dt_s = self.wheels[k + 1].t_s - self.wheels[k].t_s;
+        if before == after || dt_s > ACCELERATION_KNOWN_S {
             return WheelPair::both(0.0);
         }
         let step = |k: usize| {

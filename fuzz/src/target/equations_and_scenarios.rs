@@ -116,7 +116,6 @@ fn steps() -> [Step; 4] {
         dt_s: 0.02,
         clock_s: 10.0,
         phi_rad: WheelPair::new(2.0, 1.9),
-        bulge_rad: WheelPair::both(0.0),
         dphi_rad: WheelPair::new(left * 0.02 / 0.036, right * 0.02 / 0.036),
         wheel_speed_mps: WheelPair::new(left, right),
         wheel_accel_mps2: WheelPair::new(0.1 * left, 0.1 * right),

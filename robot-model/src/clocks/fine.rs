@@ -65,6 +65,7 @@ pub(super) fn align(
     prepared: &mut Prepared,
     campaign: &mut Campaign,
     is_shifted: impl Fn(&str) -> bool,
+    may_share_rate: bool,
 ) -> Vec<ClockFound> {
     let shifted: Vec<bool> =
         prepared.runs.iter().map(|run| is_shifted(&run.recording.name)).collect();
@@ -87,6 +88,7 @@ pub(super) fn align(
         let mut lines: Vec<Option<Line>> =
             points.of_run.iter().map(|points| line(points)).collect();
         let common = CommonRate::of(&points.of_run, points.scatter_min)
+            .filter(|_| may_share_rate)
             .filter(|common| has_common || common.is_told_by_all(&lines));
         if round >= ROUNDS && common.is_some_and(|common| common.is_nothing()) {
             break;

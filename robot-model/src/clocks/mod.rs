@@ -75,7 +75,8 @@ fn align_all(
     all.runs.iter_mut().for_each(|run| run.held_out = false);
     let mut prepared = all.prepare_lighter()?;
     let is_shifted = |name: &str| are_unrelated || coarse_s.iter().any(|(run, _)| run == name);
-    let mut clocks = fine::align(&mut prepared, &mut aligned, is_shifted);
+    // Of two clocks with no zero in common, the drift is that of the whole log, and told from it.
+    let mut clocks = fine::align(&mut prepared, &mut aligned, is_shifted, !are_unrelated);
     for clock in &mut clocks {
         if let Some((_, offset_s)) = coarse_s.iter().find(|(run, _)| *run == clock.run) {
             clock.offset_s += offset_s;

@@ -32,7 +32,7 @@ use crate::estimation::predict::open_loop;
 use crate::estimation::state::{
     PSI, Quantity, STATES, ScalarMeasurement, State, Update, Variances,
 };
-use crate::estimation::transition::{TIME_ROUNDING_S, Transition, between, within};
+use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::Direction;
 use crate::numeric::lanes::Number;
@@ -110,18 +110,12 @@ pub(crate) fn whiten(
         step.heading_rad = filter.state.heading_rad() + nominal.turn_rad() / 2.0;
         step.place_m = filter.state.position_m();
         let increment = filter.composer.step(&step);
-        let part = |step: &Step, increment: &Increment, (from_s, to_s): (f64, f64)| {
-            let share = |t_s: f64| (t_s - begin_s) / nominal.dt_s;
-            between(step, increment, share(from_s), share(to_s))
-        };
         // A pose measured a moment before the first step or after the last was measured at rest.
         while let Some(measurement) =
             measurements.next_if(|pose| k == last || pose.t_s - delay_s <= end_s + TIME_ROUNDING_S)
         {
             let seen_s = (measurement.t_s - delay_s).clamp(now_s, end_s.max(now_s));
-            let seen_s = if end_s - seen_s < TIME_ROUNDING_S { end_s.max(now_s) } else { seen_s };
             let share = (seen_s - now_s) / nominal.dt_s;
-            let increment = part(&step, &increment, (now_s, seen_s));
             if started {
                 filter.advance(&step, &increment, share, observer);
                 filter.measure(measurement, &step, k, observer);
@@ -138,7 +132,6 @@ pub(crate) fn whiten(
             now_s = seen_s;
         }
         let share = ((end_s - now_s) / nominal.dt_s).max(0.0);
-        let increment = part(&step, &increment, (now_s, end_s));
         if started {
             filter.advance(&step, &increment, share, observer);
         } else {

@@ -2,7 +2,7 @@
 
 use crate::effect::composition::{Composer, Term, Terms};
 use crate::estimation::blocks::block_of;
-use crate::estimation::transition::{TIME_ROUNDING_S, Transition, between, within};
+use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
 use crate::recording::motion::Motion;
@@ -90,8 +90,7 @@ pub(crate) fn open_loop_from(
             measurements.next_if(|pose| k == last || pose.t_s - delay_s <= end_s + TIME_ROUNDING_S)
         {
             let seen_s = (measurement.t_s - delay_s).clamp(begin_s, end_s);
-            let share = (seen_s - begin_s) / nominal.dt_s;
-            let there = Transition::new(pose, &between(&step, &increment, 0.0, share), share).pose;
+            let there = Transition::new(pose, &increment, (seen_s - begin_s) / nominal.dt_s).pose;
             track.measured.push(*measurement);
             track.predicted.push(there.compose(Pose::new(ahead_m, left_m, 0.0)));
             track.step.push(k);

@@ -53,18 +53,6 @@ impl Transition {
     }
 }
 
-/// The mean of an increment between two shares of its step's time. Within the step the wheels accelerate evenly: the
-/// derivative of t + 4 t (1 - t) bulge, between t and t', has the mean 1 + 4 (1 - t - t') bulge.
-pub(crate) fn between(step: &Step, increment: &Increment, from: f64, to: f64) -> Increment {
-    let weight = 4.0 * (1.0 - from - to);
-    let ahead_m = step.bulge_rad.map(|bulge_rad| weight * step.wheel_radius_m * bulge_rad);
-    Increment {
-        travel_m: increment.travel_m + ahead_m.mean(),
-        turn_rad: increment.turn_rad + ahead_m.difference() / step.track_width_m,
-        ..*increment
-    }
-}
-
 /// The poses measured while the encoders were recorded. Where none of them shows the robot as it stood at the beginning or
 /// at the end, so does a pose measured a moment before or after. They do not depend on a model's delay, as models are
 /// compared on the same measurements.

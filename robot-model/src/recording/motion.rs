@@ -27,8 +27,6 @@ pub struct Step {
     pub phi_rad: WheelPair<f64>,
     /// Turned in the step, dphi \[rad\].
     pub dphi_rad: WheelPair<f64>,
-    /// How far beyond half of dphi each wheel is in the middle of the step: wheels accelerate within it \[rad\].
-    pub bulge_rad: WheelPair<f64>,
     /// Speed of each wheel, R dphi/dt, smoothed \[m/s\].
     pub wheel_speed_mps: WheelPair<f64>,
     /// Acceleration of each wheel's rim, smoothed \[m/s^2\].
@@ -137,7 +135,6 @@ impl Motion {
                 clock_s: clock_s.map_or(0.0, |began_s| began_s + middle_s - start_s),
                 phi_rad: before.phi_rad,
                 dphi_rad: before.phi_rad.zip(after.phi_rad).map(|(a, b)| b - a),
-                bulge_rad: recording.bulge_rad(k),
                 wheel_speed_mps: speed(middle_s),
                 wheel_accel_mps2: accel.map(|(a, b)| (b - a) / span_s),
                 path_m,

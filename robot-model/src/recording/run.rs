@@ -121,9 +121,6 @@ impl fmt::Display for RecordingError {
 
 impl core::error::Error for RecordingError {}
 
-/// Samples farther apart than this do not tell the acceleration between two of them \[s\].
-const ACCELERATION_KNOWN_S: f64 = 0.045;
-
 impl Recording {
     /// Refuses what cannot be computed with.
     pub fn validate(&self) -> Result<(), RecordingError> {
@@ -166,7 +163,7 @@ impl Recording {
         }
     }
 
-    /// The wheel angles at a time, evenly accelerated between samples, constant outside.
+    /// The wheel angles at a time, linear between samples, constant outside.
     pub(crate) fn phi_at(&self, t_s: f64) -> WheelPair<f64> {
         let after = self.wheels.partition_point(|sample| sample.t_s <= t_s);
         if after == 0 {
@@ -177,33 +174,6 @@ impl Recording {
             return before.phi_rad;
         };
         let share = (t_s - before.t_s) / (next.t_s - before.t_s);
-        let even = before.phi_rad.zip(next.phi_rad).map(|(a, b)| a + share * (b - a));
-        let weight = 4.0 * share * (1.0 - share);
-        even.zip(self.bulge_rad(after - 1)).map(|(even, bulge)| even + weight * bulge)
-    }
-
-    /// How far beyond the mean of both samples the wheels are in the middle between a sample and the next one, if they
-    /// accelerate evenly there: -a dt^2 / 8, with the acceleration between the steps before and after \[rad\].
-    ///
-    /// At most a quarter of the turn between the two samples: no wheel turns back between them. Of samples far apart, three
-    /// steps do not tell it.
-    pub(crate) fn bulge_rad(&self, k: usize) -> WheelPair<f64> {
-        let last = self.wheels.len() - 2;
-        let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
-        let dt_s = self.wheels[k + 1].t_s - self.wheels[k].t_s;
-        if before == after || dt_s > ACCELERATION_KNOWN_S {
-            return WheelPair::both(0.0);
-        }
-        let step = |k: usize| {
-            let (a, b) = (&self.wheels[k], &self.wheels[k + 1]);
-            (a.phi_rad.zip(b.phi_rad).map(|(a, b)| b - a), b.t_s - a.t_s, (a.t_s + b.t_s) / 2.0)
-        };
-        let ((dphi, dt_s, _), (first, first_s, from_s), (second, second_s, to_s)) =
-            (step(k), step(before), step(after));
-        let rates = first.map(|turn| turn / first_s).zip(second.map(|turn| turn / second_s));
-        rates.zip(dphi).map(|((from, to), dphi)| {
-            let most = dphi.abs() / 4.0;
-            (-(to - from) / (to_s - from_s) * dt_s * dt_s / 8.0).clamp(-most, most)
-        })
+        before.phi_rad.zip(next.phi_rad).map(|(a, b)| a + share * (b - a))
     }
 }

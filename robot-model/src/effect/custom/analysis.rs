@@ -17,7 +17,6 @@ pub(super) fn sample_steps() -> [Step; 3] {
         clock_s: 90.0 * t,
         phi_rad: WheelPair::new(0.7 * t, 1.1 * t),
         dphi_rad: WheelPair::new(0.21, 0.34),
-        bulge_rad: WheelPair::both(0.0),
         wheel_speed_mps: WheelPair::new(v - 0.186 * omega, v + 0.186 * omega),
         wheel_accel_mps2: WheelPair::new(0.9 * a, 1.2 * a),
         path_m: 0.3 * t,

@@ -51,7 +51,6 @@ fn steps() -> Vec<Step> {
             clock_s: 100.0 + k as f64,
             phi_rad,
             dphi_rad,
-            bulge_rad: WheelPair::both(0.0),
             wheel_speed_mps: speed,
             wheel_accel_mps2: WheelPair::new(accel, 0.7 * accel),
             path_m,

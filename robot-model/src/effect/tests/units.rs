@@ -36,7 +36,6 @@ fn step_in(scale: Scale, step: &Step) -> Step {
         clock_s: step.clock_s * s,
         phi_rad: step.phi_rad,
         dphi_rad: step.dphi_rad,
-        bulge_rad: step.bulge_rad,
         wheel_speed_mps: step.wheel_speed_mps.map(|speed| speed * (m / s)),
         wheel_accel_mps2: step.wheel_accel_mps2.map(|accel| accel * (m / (s * s))),
         path_m: step.path_m * m,

@@ -208,9 +208,9 @@ fn largest_innovation(
 
 #[test]
 fn late_measurements_are_of_where_the_robot_was_before() {
-    // Evenly faster from rest: a late measurement is behind.
-    let (accel, tau) = (0.3, 0.043);
-    let way = |t_s: f64| accel / 2.0 * t_s.max(0.0).powi(2);
+    // One second at rest, then one at 0.3 m/s: a late measurement is behind, by 0.3 m/s tau.
+    let (speed, tau) = (0.3, 0.043);
+    let way = |t_s: f64| speed * (t_s - 1.0).max(0.0);
     let late = |t_s: f64| Pose::new(way(t_s - tau), 0.0, 0.0);
     let travel = |t_s: f64| WheelPair::both(way(t_s));
     assert!(largest_innovation(term("measurement_delay", &[tau]), travel, late) < 1e-6);

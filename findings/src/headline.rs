@@ -72,8 +72,8 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
         answer.steps.iter().partition(|step| step.matters);
     let found = match matter.as_slice() {
         [] if only_outliers(&answer.unexplained) => format!(
-            "Nothing of the robot is missing in {}, but the measured poses have more outliers than noise has: look for wrong \
-             time stamps, frames that come twice, blur and reflections.",
+            "Nothing is missing from the robot's model, but the measured poses of {} have more outliers than noise has: look \
+             for wrong time stamps, frames that come twice, blur and reflections.",
             these(asked.runs)
         ),
         [] if answer.unexplained.structure => format!(
@@ -327,5 +327,25 @@ mod tests {
         };
         let said = headline(&found, &context);
         assert!(said.starts_with("Set wheel_radius_m = 0.0357 (now 0.0340)"), "{said}");
+        // As when another effect cancels it: nothing to write down.
+        found.steps[0].matters = false;
+        let said = headline(&found, &context);
+        assert!(said.starts_with("Nothing that matters is missing"), "{said}");
+    }
+
+    #[test]
+    fn outliers_of_the_poses_alone_are_not_the_robots() {
+        use robot_model::residuals::Regressor;
+        let mut found = nothing_found();
+        found.unexplained.structure = true;
+        found.unexplained.outliers = true;
+        found.unexplained.depends_on = vec![Regressor::TimeInRun];
+        let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
+        let said = headline(&found, &context);
+        assert!(said.starts_with("Nothing is missing from the robot's model, but"), "{said}");
+        // Beside anything else they explain nothing away.
+        found.unexplained.depends_on.push(Regressor::Speed);
+        let said = headline(&found, &context);
+        assert!(said.starts_with("No known effect explains these 5 runs"), "{said}");
     }
 }

@@ -155,6 +155,7 @@ mod tests {
     use crate::effect::composition::Term;
     use crate::explain::explain;
     use crate::residuals::regressor::Regressor;
+    use crate::selection::select::select;
     use crate::tests::synthetic::{campaign, full_plan};
 
     /// Tiles of 22 cm that turn the robot, one to the left and the next to the right.
@@ -180,8 +181,12 @@ mod tests {
             let answer = explain(&campaign(&full_plan(), &tiles, seed)).unwrap();
             let found = answer.unexplained;
             assert!(found.depends_on.contains(&Regressor::Place), "seed {seed}: {found:?}");
-            let sound = explain(&campaign(&full_plan(), &[], seed)).unwrap();
-            assert!(!sound.unexplained.structure, "seed {seed}: {:?}", sound.unexplained);
+            for (hidden, is_found) in [(&tiles[..], true), (&[], false)] {
+                let prepared = campaign(&full_plan(), hidden, seed).prepare().unwrap();
+                let fitted = select(&prepared, &[]).fitted;
+                let wave = strongest(&prepared, &fitted);
+                assert_eq!(wave.is_some(), is_found, "seed {seed}: {wave:?}");
+            }
         }
     }
 }

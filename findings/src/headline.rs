@@ -4,7 +4,6 @@ use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::{Effect, Facts, FirmwareTerm};
 use robot_model::estimation::Errors;
 use robot_model::explain::{Answer, HeldOut, StepFound};
-use robot_model::residuals::Unexplained;
 
 use crate::words;
 
@@ -71,7 +70,7 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     let (matter, slight): (Vec<&StepFound>, Vec<&StepFound>) =
         answer.steps.iter().partition(|step| step.matters);
     let found = match matter.as_slice() {
-        [] if only_outliers(&answer.unexplained) => format!(
+        [] if answer.unexplained.only_outliers() => format!(
             "Nothing is missing from the robot's model, but the measured poses of {} have more outliers than noise has: look \
              for wrong time stamps, frames that come twice, blur and reflections.",
             these(asked.runs)
@@ -112,11 +111,6 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
         .flatten()
         .collect::<Vec<_>>()
         .join(" ")
-}
-
-/// Whether outliers of the measured poses are all that is unexplained.
-fn only_outliers(unexplained: &Unexplained) -> bool {
-    unexplained.outliers && unexplained.depends_on.len() == 1
 }
 
 /// A radius or track width further off than this share is a wrong number in `robot.toml`, not a property of the robot.

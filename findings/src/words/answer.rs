@@ -267,9 +267,12 @@ pub fn depends_on(unexplained: &Unexplained) -> String {
             format!("{} (where a wheel passes x = {x_m:.2} m, y = {y_m:.2} m)", regressor.name())
         }
         _ if *regressor == Regressor::Run && unexplained.runs_off.is_empty() => {
-            "which run it is (some are off by far more than others)".to_owned()
+            "which run it is (it differs from run to run)".to_owned()
         }
         _ if *regressor == Regressor::Run => "which run it is".to_owned(),
+        _ if unexplained.only_outliers() => {
+            format!("{} (outliers of the measured poses)", regressor.name())
+        }
         _ => regressor.name().to_owned(),
     };
     match unexplained.depends_on.as_slice() {

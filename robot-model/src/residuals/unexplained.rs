@@ -70,6 +70,11 @@ pub struct Unexplained {
 }
 
 impl Unexplained {
+    /// Whether outliers of the measured poses are all that is unexplained.
+    pub fn only_outliers(&self) -> bool {
+        self.outliers && self.depends_on.len() == 1
+    }
+
     /// Notes a finding; the p-value stays that of the first one.
     fn note(&mut self, p_value: f64) {
         if !self.structure {

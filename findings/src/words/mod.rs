@@ -5,6 +5,7 @@
 //! | file | what it puts into words |
 //! | --- | --- |
 //! | `answer.rs` | what `explain` answers: the evidence for an effect, why one was rejected, the next run |
+//! | `clocks.rs` | clocks of poses and counts that do not agree |
 //! | `runs_off.rs` | runs that are off by far more than the others |
 //! | `model.rs` | the verdict on an effect of a chosen model |
 //! | `comparison.rs` | regimes, axes, and the main finding of a comparison |
@@ -14,6 +15,7 @@
 
 mod answer;
 mod calibration;
+mod clocks;
 mod comparison;
 mod errors;
 mod model;
@@ -21,10 +23,10 @@ pub mod motors;
 mod runs_off;
 
 pub use answer::{
-    clocks, depends_on, evidence, expression, lacking, net_change, predicted, reason,
-    second_opinion, worth,
+    depends_on, evidence, expression, lacking, net_change, predicted, reason, second_opinion, worth,
 };
 pub use calibration::{advice, out_and_back, source};
+pub use clocks::clocks;
 pub use comparison::{axis, finding, label, regime};
 pub use errors::{out_and_back_error, track_fit_error, wheel_weight_error};
 pub use model::verdict;

@@ -277,7 +277,7 @@ impl fmt::Display for Warning {
             Self::HeadingOffset { place, turned_rad } => write!(
                 f,
                 "{place}: in all runs heading_rad differs by {:+.1} degrees from the direction of travel: the heading marker is \
-                 mounted at an angle; subtract {turned_rad:.4} from heading_rad",
+                 mounted at an angle; {turned_rad:.4} was taken out: subtract it from heading_rad, or turn the marker",
                 turned_rad.to_degrees()
             ),
             Self::OtherNoise { place, name, there, here } => {

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use robot_model::checks::{DataHypothesis, data_hypotheses};
+use robot_model::checks::{DataHypothesis, data_hypotheses, heading_offset};
 use robot_model::clocks::align_roughly;
 use robot_model::kinematics::WheelPair;
 use robot_model::recording::{GyroSample, PoseMeasurement, Recording, Robot, WheelSample};
@@ -21,20 +21,29 @@ pub struct Recordings {
     pub(crate) robot: Robot,
     pub(crate) runs: Vec<Recording>,
     pub(crate) data_hypotheses: Vec<DataHypothesis>,
+    /// By how much the headings of all runs were turned, as recorded; here they are not \[rad\].
+    pub(crate) turned_rad: Option<f64>,
 }
 
 impl Recordings {
     pub(crate) fn of(campaign: &Campaign) -> Self {
         let robot = campaign.robot.to_model();
-        let runs: Vec<Recording> = campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
-        let data_hypotheses = match runs.iter().all(|run| run.validate().is_ok()) {
+        let mut runs: Vec<Recording> =
+            campaign.runs.iter().map(|run| run.to_model(&robot)).collect();
+        let are_valid = runs.iter().all(|run| run.validate().is_ok());
+        let turned_rad = if are_valid { heading_offset(&robot, &runs) } else { None };
+        let poses = runs.iter_mut().flat_map(|run| &mut run.measured_poses);
+        for heading_rad in poses.filter_map(|pose| pose.heading_rad.as_mut()) {
+            *heading_rad -= turned_rad.unwrap_or(0.0);
+        }
+        let data_hypotheses = match are_valid {
             true => {
                 let recorded = robot_model::recording::Campaign { robot, runs: runs.clone() };
                 data_hypotheses(&robot, &align_roughly(&recorded).runs)
             }
             false => Vec::new(),
         };
-        Self { robot, runs, data_hypotheses }
+        Self { robot, runs, data_hypotheses, turned_rad }
     }
 
     /// What is wrong with the data, the best explanation first; empty if nothing is, or if a run cannot be used.
@@ -49,7 +58,8 @@ impl Recordings {
 
     /// What is odd about the runs without being an error. `folder` is only named.
     pub(crate) fn warnings(&self, campaign: &Campaign, folder: &Path) -> Vec<Warning> {
-        checks::warnings(folder, campaign, &self.robot, &self.runs, &self.data_hypotheses)
+        let robot_and_runs = (&self.robot, &self.runs[..]);
+        checks::warnings(folder, campaign, robot_and_runs, &self.data_hypotheses, self.turned_rad)
     }
 
     /// The campaign for `robot-model`, if one robot can have driven it. `folder` is only named in

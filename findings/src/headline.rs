@@ -69,6 +69,10 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     };
     let (matter, slight): (Vec<&StepFound>, Vec<&StepFound>) =
         answer.steps.iter().partition(|step| step.matters);
+    let may_be_chance =
+        |step: &&StepFound| !step.nears_runs && step.effect_size_m > answer.tolerance_m;
+    let (chance, small): (Vec<&StepFound>, Vec<&StepFound>) =
+        slight.iter().copied().partition(may_be_chance);
     let found = match matter.as_slice() {
         [] if answer.unexplained.only_outliers() => format!(
             "Nothing is missing from the robot's model, but the measured poses of {} have more outliers than noise has: look \
@@ -81,10 +85,18 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
             words::depends_on(&answer.unexplained)
         ),
         [] => format!(
-            "Nothing{} is missing{}: the residuals of {} are noise.",
-            if slight.is_empty() { "" } else { " that matters" },
+            "Nothing{} is missing{}: the residuals of {} {}.",
+            match (slight.as_slice(), chance.as_slice()) {
+                ([], _) => "",
+                (_, []) => " that matters",
+                _ => " beyond chance",
+            },
             if answer.known.is_empty() { "" } else { " from the model" },
-            these(asked.runs)
+            these(asked.runs),
+            match answer.unexplained.random_turn_rad {
+                None => "are noise",
+                Some(_) => "depend on nothing that was tested, but are large for noise",
+            }
         ),
         [one] if answer.known.is_empty() => {
             format!("One effect is missing: {}. With it {error}{more}.", effect_names(one, asked))
@@ -106,7 +118,8 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
         }
     };
     let first = wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m);
-    [first, Some(found), too_small_to_matter(&slight, answer, asked)]
+    let small = too_small_to_matter(&small, answer, asked);
+    [first, Some(found), small, no_more_than_chance(&chance, asked)]
         .into_iter()
         .flatten()
         .collect::<Vec<_>>()
@@ -163,6 +176,25 @@ fn too_small_to_matter(
         _ => Some(format!(
             "{} effects are present, but together move the robot by {moves}: {}.",
             number_word(slight.len()),
+            names.join("; ")
+        )),
+    }
+}
+
+/// What the likelihood speaks for, while the runs come no nearer by it than chance explains.
+fn no_more_than_chance(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String> {
+    let together_m = steps.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt();
+    let size = format!("{:.1} mm", 1e3 * together_m);
+    let names: Vec<String> = steps.iter().map(|step| effect_names(step, asked)).collect();
+    match steps {
+        [] => None,
+        [_] => Some(format!(
+            "One effect may be present, but the {size} that it removes may be chance: {}.",
+            names[0]
+        )),
+        _ => Some(format!(
+            "{} effects may be present, but the {size} that they remove together may be chance: {}.",
+            number_word(steps.len()),
             names.join("; ")
         )),
     }
@@ -300,6 +332,20 @@ mod tests {
             headline(&found, &context),
             "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is present, but \
              moves the robot by less than 20 mm: marker_offset."
+        );
+    }
+
+    #[test]
+    fn what_may_be_chance_is_not_said_to_be_small() {
+        let mut found = answer(&["marker_offset"], errors(83.2, 2.0), errors(28.8, 2.0));
+        found.steps[0].matters = false;
+        found.steps[0].nears_runs = false;
+        found.steps[0].effect_size_m = 0.0194;
+        let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
+        assert_eq!(
+            headline(&found, &context),
+            "Nothing beyond chance is missing: the residuals of these 5 runs are noise. One effect may be present, but the \
+             19.4 mm that it removes may be chance: marker_offset."
         );
     }
 

@@ -138,6 +138,11 @@ class Unexplained:
     p_value: float
     size_m: float
     expression: Expression | None
+    #: Position error that comes back when a run is driven again, which is no noise; 0 if like runs differ as noise does. None if too
+    #: few runs were driven again.
+    comes_back_m: float | None
+    #: How far the robot turns at random in a metre, where that is much for wheels and no run was driven again.
+    random_turn_rad: float | None
 
     @classmethod
     def of(cls, json: Json) -> Unexplained:
@@ -146,7 +151,15 @@ class Unexplained:
             names = ("name", "unit", "value", "sigma")
             parameters = tuple(tuple(one[name] for name in names) for one in found["parameters"])
             found = Expression(found["equation"], parameters, found["position_rms_m"])
-        return cls(json["structure"], tuple(json["depends_on"]), json["p_value"], json["size_m"], found)
+        return cls(
+            json["structure"],
+            tuple(json["depends_on"]),
+            json["p_value"],
+            json["size_m"],
+            found,
+            json.get("comes_back_m"),
+            json.get("random_turn_rad"),
+        )
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,7 @@
 
 use std::path::Path;
 
-use robot_model::checks::{
-    DataFault, DataHypothesis, clock_jump, heading_offset, slow_clock, spike,
-};
+use robot_model::checks::{DataFault, DataHypothesis, clock_jump, slow_clock, spike};
 use robot_model::recording::{Recording, Robot};
 
 use crate::error::{CampaignError, Warning};
@@ -47,9 +45,9 @@ pub(crate) fn data_errors(
 pub(crate) fn warnings(
     folder: &Path,
     campaign: &Campaign,
-    robot: &Robot,
-    runs: &[Recording],
+    (robot, runs): (&Robot, &[Recording]),
     found: &[DataHypothesis],
+    turned_rad: Option<f64>,
 ) -> Vec<Warning> {
     if runs.iter().any(|recording| recording.validate().is_err()) {
         return Vec::new();
@@ -57,7 +55,8 @@ pub(crate) fn warnings(
     let mut warnings = slow_clocks(folder, campaign, runs);
     // With something wrong in all runs, no other check means anything.
     if found.iter().all(|found| found.what.is_minor() || found.run.is_some()) {
-        warnings.extend(rows_and_headings(folder, campaign, robot, runs));
+        warnings.extend(spikes(folder, campaign, (robot, runs)));
+        warnings.extend(turned_rad.map(|turned_rad| headings_turned(folder, campaign, turned_rad)));
         let minor = found.iter().filter(|found| found.what.is_minor());
         warnings.extend(minor.map(|found| warning(folder, campaign, found)));
     }
@@ -90,25 +89,25 @@ fn warning(folder: &Path, campaign: &Campaign, found: &DataHypothesis) -> Warnin
     }
 }
 
-/// Single positions that no robot reached, and a heading offset that all runs share.
-fn rows_and_headings(
+/// Single positions that no robot reached.
+fn spikes(
     folder: &Path,
     campaign: &Campaign,
-    robot: &Robot,
-    runs: &[Recording],
+    (robot, runs): (&Robot, &[Recording]),
 ) -> Vec<Warning> {
     let row = |(run, recording): (&Run, &Recording)| {
         let found = spike(robot, recording)?;
         let place = cell(&run_file(folder, &run.name), run, found.t_s, Column::X);
         Some(Warning::Spike { place, off_m: found.off_m })
     };
-    let mut warnings: Vec<Warning> = campaign.runs.iter().zip(runs).filter_map(row).collect();
-    if let Some(turned_rad) = heading_offset(robot, runs) {
-        let first = campaign.runs.first().map_or("", |run| run.name.as_str());
-        let place = header(&run_file(folder, first), Column::Heading);
-        warnings.push(Warning::HeadingOffset { place, turned_rad });
-    }
-    warnings
+    campaign.runs.iter().zip(runs).filter_map(row).collect()
+}
+
+/// A heading offset that all runs share.
+fn headings_turned(folder: &Path, campaign: &Campaign, turned_rad: f64) -> Warning {
+    let first = campaign.runs.first().map_or("", |run| run.name.as_str());
+    let place = header(&run_file(folder, first), Column::Heading);
+    Warning::HeadingOffset { place, turned_rad }
 }
 
 /// Refuses a run whose clock jumps: every speed and every pose after it would be wrong.

@@ -7,7 +7,7 @@ use robot_model::checks::{DataFault, DataHypothesis};
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{Answer, Averaged, NextRun, ParameterFound, Rejected, StepFound};
-use robot_model::residuals::{Expression, Regressor, Unexplained};
+use robot_model::residuals::{DrivenAgain, Expression, Regressor, Unexplained};
 use serde_json::{Value, json};
 
 use crate::words;
@@ -144,6 +144,14 @@ fn unexplained(unexplained: &Unexplained) -> Value {
     }
     if unexplained.outliers {
         value["outliers"] = json!(true);
+    }
+    match unexplained.driven_again {
+        DrivenAgain::TooFew => {}
+        DrivenAgain::Differ => value["comes_back_m"] = json!(0.0),
+        DrivenAgain::ComesBack(position_rms_m) => value["comes_back_m"] = json!(position_rms_m),
+    }
+    if let Some(turn_rad) = unexplained.random_turn_rad {
+        value["random_turn_rad"] = json!(turn_rad);
     }
     value
 }

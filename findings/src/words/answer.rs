@@ -2,7 +2,7 @@
 
 use robot_model::effect::{Need, NetChange, Ways};
 use robot_model::explain::{PredictedSeparation, Reason, StepFound};
-use robot_model::residuals::{Expression, Regressor, Unexplained};
+use robot_model::residuals::{DrivenAgain, Expression, Regressor, Unexplained};
 
 use crate::quantity::{p_value as p_words, value_with_sigma};
 
@@ -179,8 +179,30 @@ pub fn depends_on(unexplained: &Unexplained) -> String {
         _ => regressor.name().to_owned(),
     };
     match unexplained.depends_on.as_slice() {
+        [] if matches!(unexplained.driven_again, DrivenAgain::ComesBack(_)) => {
+            "the motion: they come back when a run is driven again".to_owned()
+        }
         [] => "no single variable".to_owned(),
         all => all.iter().map(word).collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// What runs that were driven again say of the residuals, or would say.
+pub fn driven_again(unexplained: &Unexplained) -> Option<String> {
+    match (unexplained.driven_again, unexplained.random_turn_rad) {
+        (DrivenAgain::ComesBack(m), _) => Some(format!(
+            "{:.1} mm of the position error come back when a run is driven again: that is no noise.",
+            1e3 * m
+        )),
+        (DrivenAgain::Differ, _) => {
+            Some("Runs that were driven again differ by as much: that is noise.".to_owned())
+        }
+        (DrivenAgain::TooFew, Some(turn_rad)) => Some(format!(
+            "For noise, {:.0} mrad of random turn in a metre are much: drive one of these runs twice more. What comes back is \
+             no noise.",
+            1e3 * turn_rad
+        )),
+        (DrivenAgain::TooFew, None) => None,
     }
 }
 
@@ -250,6 +272,29 @@ mod tests {
         ] {
             assert_eq!(net_change(&change), text);
         }
+    }
+
+    #[test]
+    fn what_runs_that_were_driven_again_say_is_said() {
+        let of = |driven_again, random_turn_rad| Unexplained {
+            driven_again,
+            random_turn_rad,
+            ..Unexplained::default()
+        };
+        let back = of(DrivenAgain::ComesBack(0.0063), None);
+        assert_eq!(
+            driven_again(&back).unwrap(),
+            "6.3 mm of the position error come back when a run is driven again: that is no noise."
+        );
+        assert_eq!(depends_on(&back), "the motion: they come back when a run is driven again");
+        let differ = driven_again(&of(DrivenAgain::Differ, None)).unwrap();
+        assert_eq!(differ, "Runs that were driven again differ by as much: that is noise.");
+        let much = driven_again(&of(DrivenAgain::TooFew, Some(0.0172))).unwrap();
+        assert!(
+            much.starts_with("For noise, 17 mrad of random turn in a metre are much"),
+            "{much}"
+        );
+        assert_eq!(driven_again(&of(DrivenAgain::TooFew, None)), None);
     }
 
     #[test]

@@ -23,7 +23,8 @@ pub mod motors;
 mod runs_off;
 
 pub use answer::{
-    depends_on, evidence, expression, lacking, net_change, predicted, reason, second_opinion, worth,
+    depends_on, driven_again, evidence, expression, lacking, net_change, predicted, reason,
+    second_opinion, worth,
 };
 pub use calibration::{advice, out_and_back, source};
 pub use clocks::clocks;

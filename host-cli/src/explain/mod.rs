@@ -90,8 +90,11 @@ fn fitted_along(answer: &Answer) {
 /// The cross-validated error as effects are added, as bars.
 fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     let most = answer.baseline.cross_validated.position_rms_m.max(f64::MIN_POSITIVE);
+    // Where only positions are measured, nothing is known of headings.
+    let has_headings = answer.baseline.cross_validated.heading_rms_rad > 0.0;
     let mut table = Table::new("llrrrl");
-    let heads = ["", kind_of_error(context.runs.len()), "position", "heading", "p", ""];
+    let heading = if has_headings { "heading" } else { "" };
+    let heads = ["", kind_of_error(context.runs.len()), "position", heading, "p", ""];
     table.row(heads.map(|text| Cell::styled(DIM, text)));
     let mut row = |number: String, name: String, errors: &Errors, p: String| {
         let length =
@@ -101,7 +104,10 @@ fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
             number.into(),
             name.into(),
             format!("{:.1} mm", errors.position_rms_m * 1e3).into(),
-            format!("{:.1} mrad", errors.heading_rms_rad * 1e3).into(),
+            match has_headings {
+                true => format!("{:.1} mrad", errors.heading_rms_rad * 1e3).into(),
+                false => "".into(),
+            },
             p.into(),
             Cell::styled(GOOD, bar),
         ]);
@@ -258,6 +264,9 @@ fn unexplained(answer: &Answer) {
             paint(BOLD, "Nothing else is missing"),
             p_value(residuals.p_value)
         ));
+    }
+    if let Some(text) = words::driven_again(residuals) {
+        wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
     }
 }
 

@@ -35,7 +35,13 @@ fn no_run(answer: &Answer) -> String {
         })
         .collect();
     if open.is_empty() && answer.unexplained.structure {
-        return "No run can be suggested for what is still unexplained: no effect of the catalogue has that shape.".into();
+        let shape = "No run can be suggested for what is still unexplained: no effect of the catalogue has that shape.";
+        return match words::driven_again(&answer.unexplained) {
+            Some(_) => shape.to_owned(),
+            None => {
+                format!("{shape} Drive one of these runs twice more: what comes back is no noise.")
+            }
+        };
     }
     if open.is_empty() {
         return "No further run is needed to tell effects apart.".into();

@@ -305,8 +305,6 @@ impl Workbench {
                 json!({"words": words, "command": command})
             }
         };
-        let named = words::depends_on(&answer.unexplained);
-        value["depends_on_words"] = json!(named);
         value
     }
 

@@ -215,7 +215,8 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
         )
     };
     section(html, if residuals.structure { "Still unexplained" } else { "Residuals" }, "");
-    let _ = writeln!(html, "<p>{words}</p>");
+    let again = words::driven_again(residuals).map(|text| format!(" {}", escape(&text)));
+    let _ = writeln!(html, "<p>{words}{}</p>", again.unwrap_or_default());
     html.push_str(&floor::draw(report).unwrap_or_default());
     html.push_str(
         "<p class=\"sub\">Each drawing shows the error that all runs share, per metre of wheel travel, against one \

@@ -51,12 +51,8 @@ fn answer() -> Answer {
             structure: true,
             depends_on: vec![Regressor::Speed],
             p_value: 0.001,
-            place_m: None,
-            places: Vec::new(),
-            outliers: false,
-            runs_off: Vec::new(),
             size_m: 3e-3,
-            expression: None,
+            ..Unexplained::default()
         },
         held_out: Some(HeldOut {
             runs: 2,

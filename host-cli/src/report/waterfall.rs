@@ -106,7 +106,10 @@ fn drawing_as(report: &CampaignReport<'_>, layout: &Layout) -> (f64, String) {
     let position = |errors: &Errors| errors.position_rms_m * 1e3;
     let heading = |errors: &Errors| errors.heading_rms_rad * 1e3;
     column(&mut svg, &rows, bottom, "position, mm", layout.position, position);
-    column(&mut svg, &rows, bottom, "heading, mrad", layout.heading, heading);
+    // Where only positions are measured, nothing is known of headings.
+    if report.answer.baseline.cross_validated.heading_rms_rad > 0.0 {
+        column(&mut svg, &rows, bottom, "heading, mrad", layout.heading, heading);
+    }
     for row in &rows {
         for (k, line) in row.name.iter().enumerate() {
             let _ = write!(

@@ -1,6 +1,13 @@
 //! Do the headings of all runs point a little away from where the robot rolls, as of a marker that sits crooked?
 //!
-//! A fit can live with that; larger angles are hypotheses.
+//! A fit can live with small angles, which are taken out before it; larger ones are hypotheses.
+//!
+//! On a straight path, headings point where positions go. On a curve they do so in its middle, as far as the wheels say; a
+//! marker ahead of the axle, and a robot that slips sideways, see the path turned in proportion to the turn:
+//!
+//! ```text
+//! heading - travel, as measured and by the wheels = turned + s (turn, reversed if backwards)           (1)
+//! ```
 
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
@@ -13,50 +20,89 @@ use super::dead_reckoning::{Reckoned, at};
 const FAR_M: f64 = 0.2;
 /// A smaller angle between heading and travel may be a drift or a crooked axle \[rad\].
 const TURNED_MIN_RAD: f64 = 0.0175;
-/// With a larger one, headings count from another axis \[rad\].
-const TURNED_MAX_RAD: f64 = 0.6;
-/// It takes this many runs, nine of ten of which agree within this share.
+/// With a larger one, headings count from another axis: see the hypotheses \[rad\].
+const TURNED_MAX_RAD: f64 = 0.35;
+/// It takes this many runs that agree within this share, four of five of all.
 const TURNED_RUNS_MIN: usize = 4;
 const ALIKE: f64 = 0.25;
-/// On a straight path the wheels turn the robot by no more than this \[rad\].
+/// On a straight path the wheels turn the robot by no more than this, and on a curve that shows a direction \[rad\].
 const STRAIGHT_RAD: f64 = 0.03;
+const CURVE_RAD: f64 = 0.8;
+/// A path that goes no way back is as long as its chord but for this share.
+const NO_WAY_BACK: f64 = 0.9;
+/// Without straight paths, it takes this many curves, to both sides.
+const CURVES_MIN: usize = 8;
 
 /// The angle from the direction of travel to the heading, if nearly all runs agree on it \[rad\].
 pub fn heading_offset(robot: &Robot, runs: &[Recording]) -> Option<f64> {
-    let each: Vec<f64> = runs.iter().filter_map(|run| median(turned(robot, run))).collect();
+    let each: Vec<f64> = runs.iter().filter_map(|run| turned(&paths(robot, run))).collect();
     let clear = |turned_rad: &f64| (TURNED_MIN_RAD..TURNED_MAX_RAD).contains(&turned_rad.abs());
     let turned_rad = median(each.clone()).filter(clear)?;
-    let alike = each.iter().filter(|run| (*run - turned_rad).abs() < ALIKE * turned_rad.abs());
-    (each.len() >= TURNED_RUNS_MIN && 10 * alike.count() >= 9 * each.len()).then_some(turned_rad)
+    let alike = |run: &&f64| (*run - turned_rad).abs() < ALIKE * turned_rad.abs();
+    let alike = each.iter().filter(alike).count();
+    (alike >= TURNED_RUNS_MIN && 5 * alike >= 4 * each.len()).then_some(turned_rad)
 }
 
-/// On straight paths: the angle from the direction of travel, reversed if backwards, to the heading.
-fn turned(robot: &Robot, run: &Recording) -> Vec<f64> {
+/// A path between two poses.
+struct Path {
+    /// The turn by the wheels, reversed if backwards \[rad\].
+    turn_rad: f64,
+    /// The angle from the direction of travel, reversed if backwards, to the heading, less that by the wheels \[rad\].
+    turned_rad: f64,
+}
+
+/// By the median of straight paths, or by (1).
+fn turned(paths: &[Path]) -> Option<f64> {
+    let is_straight = |path: &&Path| path.turn_rad.abs() < STRAIGHT_RAD;
+    let straight: Vec<f64> = paths.iter().filter(is_straight).map(|path| path.turned_rad).collect();
+    let to_both_sides = paths.iter().any(|path| path.turn_rad > 0.0)
+        && paths.iter().any(|path| path.turn_rad < 0.0);
+    if straight.len() >= CURVES_MIN || paths.len() < CURVES_MIN || !to_both_sides {
+        return median(straight);
+    }
+    let n = paths.len() as f64;
+    let mean = |of: fn(&Path) -> f64| paths.iter().map(of).sum::<f64>() / n;
+    let [turn, turned] = [mean(|path| path.turn_rad), mean(|path| path.turned_rad)];
+    let (both, square) = paths.iter().fold((0.0, 0.0), |(both, square), path| {
+        let x = path.turn_rad - turn;
+        (both + x * (path.turned_rad - turned), square + x * x)
+    });
+    let slope = if square > 0.0 { both / square } else { 0.0 };
+    median(paths.iter().map(|path| path.turned_rad - slope * path.turn_rad).collect())
+}
+
+/// The paths of a run that show a direction, one after the other.
+fn paths(robot: &Robot, run: &Recording) -> Vec<Path> {
     let reckoned = Reckoned::of(robot, run);
     let by_wheels = |pose: &PoseMeasurement| -> Pose { at(run, &reckoned.poses, pose.t_s) };
+    let whole = run
+        .measured_poses
+        .iter()
+        .filter_map(|pose| Some((pose, pose.position_m?, pose.heading_rad?)));
     let mut found = Vec::new();
-    let mut start: Option<&PoseMeasurement> = None;
-    for measurement in &run.measured_poses {
-        let (Some([x_m, y_m]), Some(heading_rad)) =
-            (measurement.position_m, measurement.heading_rad)
-        else {
+    let mut start: Option<(&PoseMeasurement, [f64; 2], f64)> = None;
+    for (pose, [x_m, y_m], heading_rad) in whole {
+        let Some((from, [x0_m, y0_m], from_rad)) = start else {
+            start = Some((pose, [x_m, y_m], heading_rad));
             continue;
         };
-        let Some(from) = start else {
-            start = Some(measurement);
-            continue;
-        };
-        let to = by_wheels(measurement).seen_from(by_wheels(from));
-        let path_m = reckoned.rolled(from.t_s, measurement.t_s).0;
-        let straight = to.heading_rad.abs() < STRAIGHT_RAD && to.x_m.abs() > 0.98 * path_m;
-        if !straight {
-            start = Some(measurement);
-        } else if let (true, Some([x0_m, y0_m])) = (path_m > FAR_M, from.position_m) {
-            let (dx_m, dy_m) = ((x_m - x0_m) * to.x_m.signum(), (y_m - y0_m) * to.x_m.signum());
-            let between_rad =
-                heading_rad - wrap(heading_rad - from.heading_rad.unwrap_or(heading_rad)) / 2.0;
-            found.push(wrap(between_rad - dy_m.atan2(dx_m)));
-            start = Some(measurement);
+        let by_wheels = by_wheels(pose).seen_from(by_wheels(from));
+        let path_m = reckoned.rolled(from.t_s, pose.t_s).0;
+        let chord_m = by_wheels.x_m.hypot(by_wheels.y_m);
+        if chord_m < NO_WAY_BACK * path_m || by_wheels.heading_rad.abs() > CURVE_RAD {
+            start = Some((pose, [x_m, y_m], heading_rad));
+        } else if path_m > FAR_M {
+            let sign = by_wheels.x_m.signum();
+            // From the direction of travel to the heading in the middle of the path.
+            let to_heading = |dx_m: f64, dy_m: f64, from_rad: f64, turn_rad: f64| {
+                wrap(from_rad + turn_rad / 2.0 - (sign * dy_m).atan2(sign * dx_m))
+            };
+            let measured =
+                to_heading(x_m - x0_m, y_m - y0_m, from_rad, wrap(heading_rad - from_rad));
+            let expected = to_heading(by_wheels.x_m, by_wheels.y_m, 0.0, by_wheels.heading_rad);
+            let turn_rad = sign * by_wheels.heading_rad;
+            found.push(Path { turn_rad, turned_rad: wrap(measured - expected) });
+            start = Some((pose, [x_m, y_m], heading_rad));
         }
     }
     found
@@ -65,7 +111,8 @@ fn turned(robot: &Robot, run: &Recording) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::synthetic::{ROBOT, each_alone, sound};
+    use crate::recording::nominal_run::Piece;
+    use crate::tests::synthetic::{ROBOT, campaign, each_alone, sound, term};
 
     #[test]
     fn a_robot_that_is_merely_inaccurate_has_no_crooked_headings() {
@@ -83,6 +130,32 @@ mod tests {
             }
             let found = heading_offset(&ROBOT, &runs).unwrap();
             assert!((found - turned_rad).abs() < 0.005, "{turned_rad}: {found}");
+        }
+    }
+
+    #[test]
+    fn they_are_found_on_curves_alone_whatever_else_the_robot_does() {
+        // S-curves, driven with a marker ahead of the axle, with side slip and on a slope.
+        let arc = |turn_rad| Piece::Arc { radius_m: 0.5, turn_rad, speed_mps: 0.3 };
+        let plan: Vec<_> = (0..6)
+            .map(|k| {
+                let pieces = [1.2, -1.5, 0.9, -1.1, 1.4, -0.8, 1.0, -1.3].map(arc).to_vec();
+                (format!("curves_{k}"), f64::from(k), pieces)
+            })
+            .collect();
+        for truth in [
+            vec![],
+            vec![term("marker_offset", &[0.03, -0.02])],
+            vec![term("side_slip", &[0.05])],
+            vec![term("carpet_drift", &[0.005, 0.003])],
+        ] {
+            let mut runs = campaign(&plan, &truth, 3).runs;
+            assert_eq!(heading_offset(&ROBOT, &runs), None, "{truth:?}");
+            for pose in runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+                pose.heading_rad = pose.heading_rad.map(|rad| rad + 0.12);
+            }
+            let found = heading_offset(&ROBOT, &runs).unwrap_or(0.0);
+            assert!((found - 0.12).abs() < 0.01, "{truth:?}: {found}");
         }
     }
 }

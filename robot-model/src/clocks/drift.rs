@@ -10,6 +10,7 @@ use super::line::{Line, POINTS_FOR_RATE, line as straight_line};
 use super::{coarse, fine};
 use crate::numeric::median::median;
 use crate::recording::campaign::Campaign;
+use crate::recording::condense::WheelSamples;
 use crate::recording::run::{Recording, RecordingError};
 
 /// How two clocks drift apart.
@@ -43,7 +44,7 @@ pub fn drift(campaign: &Campaign) -> Result<Option<Drift>, RecordingError> {
     let mut few = Campaign { robot: campaign.robot, runs };
     few.runs.iter_mut().for_each(|run| run.held_out = false);
     let coarse_s = coarse::align(&mut few)?;
-    let prepared = few.prepare_lighter()?;
+    let prepared = few.prepare_lighter(WheelSamples::Even)?;
     let mut points = Vec::new();
     for (run, line) in prepared.runs.iter().zip(fine::lines(&prepared)) {
         let (Some(line), Some(started_s)) = (line, run.recording.started_s) else { continue };

@@ -35,12 +35,13 @@ pub use clock_found::ClockFound;
 pub use drift::{Drift, drift};
 
 use crate::recording::campaign::{Campaign, Prepared};
+use crate::recording::condense::WheelSamples;
 use crate::recording::run::RecordingError;
 
 /// A campaign with the times of its poses by the clock of its wheels, prepared for a fit.
 pub(crate) fn prepare(campaign: &Campaign) -> Result<(Prepared, Vec<ClockFound>), RecordingError> {
     let (aligned, clocks) = align(campaign)?;
-    Ok((aligned.prepare_lighter()?, clocks))
+    Ok((aligned.prepare_lighter(WheelSamples::AtPoses)?, clocks))
 }
 
 /// The same campaign with clocks that are far apart brought together to a twentieth of a second: for checks of the data,
@@ -73,7 +74,7 @@ fn align_all(
     // Held-out runs have clocks as well.
     let mut all = aligned.clone();
     all.runs.iter_mut().for_each(|run| run.held_out = false);
-    let mut prepared = all.prepare_lighter()?;
+    let mut prepared = all.prepare_lighter(WheelSamples::Even)?;
     let is_shifted = |name: &str| are_unrelated || coarse_s.iter().any(|(run, _)| run == name);
     // Of two clocks with no zero in common, the drift is that of the whole log, and told from it.
     let mut clocks = fine::align(&mut prepared, &mut aligned, is_shifted, !are_unrelated);

@@ -17,6 +17,7 @@ use crate::estimation::fit::fit_noise;
 use crate::estimation::most_likely_noise::Search;
 use crate::explain::held_out;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
+use crate::recording::condense::WheelSamples;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::RecordingError;
 use crate::selection::select::select;
@@ -65,11 +66,12 @@ impl Comparer {
         let aligned = clocks::align(campaign)?.0;
         let mut effects: Vec<&dyn Effect> = CATALOGUE.to_vec();
         effects.extend(more);
-        let lighter = aligned.prepare_lighter()?;
+        let lighter = aligned.prepare_lighter(WheelSamples::AtPoses)?;
         let noise = match share(&aligned) {
             None => select(&lighter, &effects).fitted.noise,
             Some(share) => {
-                let chosen = select(&share.prepare_lighter()?, &effects).fitted;
+                let chosen =
+                    select(&share.prepare_lighter(WheelSamples::AtPoses)?, &effects).fitted;
                 fit_noise(&lighter, &chosen.terms, chosen.noise, Search::Near)
             }
         };

@@ -10,7 +10,7 @@ use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::moved_within_range;
 use crate::estimation::left_out::LeftOut;
 use crate::estimation::normal_equations::Sums;
-use crate::estimation::predict::{PredictedTrack, open_loop_as_seen};
+use crate::estimation::predict::{PoseError, PredictedTrack, open_loop_as_seen};
 use crate::numeric::parallel;
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
@@ -60,12 +60,26 @@ fn track(run: &PreparedRun, terms: &[Term<'_>]) -> PredictedTrack {
     open_loop_as_seen(&run.motion, &run.recording.measured_poses, terms)
 }
 
+/// The errors of a track, from the best start.
+fn track_errors(track: &PredictedTrack, noise: &OdometryNoise) -> Vec<PoseError> {
+    let scale_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
+    let scale_rad = noise.heading_sigma_rad.hypot(noise.heading_wobble_rad);
+    track.errors(scale_m, scale_rad)
+}
+
+/// The errors of a run with these terms as they are, from the best start.
+pub(crate) fn errors_of_run(
+    run: &PreparedRun,
+    terms: &[Term<'_>],
+    noise: &OdometryNoise,
+) -> Vec<PoseError> {
+    track_errors(&track(run, terms), noise)
+}
+
 /// The squared errors of a track.
 fn squares(track: &PredictedTrack, noise: &OdometryNoise) -> Squares {
     let mut sum = Squares::default();
-    let position_m = noise.position_sigma_m.hypot(noise.position_wobble_m);
-    let scale_rad = noise.heading_sigma_rad.hypot(noise.heading_wobble_rad);
-    for error in track.errors(position_m, scale_rad) {
+    for error in track_errors(track, noise) {
         if let Some([ahead_m, left_m]) = error.position_m {
             sum.position += ahead_m * ahead_m + left_m * left_m;
             sum.positions += 1.0;

@@ -7,8 +7,16 @@ use crate::explain::model_choice::{Choice, EXCESS_MAX};
 use crate::explain::quiet_runs::reachable_on_quiet_runs;
 use crate::explain::tolerance::resolved_m;
 use crate::residuals::expression::expression;
+use crate::residuals::lack_of_fit::{DrivenAgain, LackOfFit, lack_of_fit};
 use crate::residuals::regressor::Regressor;
 use crate::residuals::unexplained::{Unexplained, unexplained};
+
+/// What comes back when runs are driven again is worth a word if the error exceeds the rest by this factor.
+const COMES_BACK_MIN: f64 = 1.1;
+
+/// Random walk of the heading \[rad/sqrt(m)\] that is more than wheels on a floor have: twice that of the robot of
+/// docs/real-data.md.
+const WALK_OF_WHEELS: f64 = 0.01;
 
 /// The reachable error, and what is left above it by the last of the models that have these cross-validated errors.
 ///
@@ -42,10 +50,26 @@ pub(super) fn reachable_and_unexplained(
         found.runs_off = quiet.off;
         add(&mut found.depends_on, [quiet.differ_by].into_iter());
     }
-    let after = reached.last().unwrap_or(&reachable);
+    let after = *reached.last().unwrap_or(&reachable);
+    let lack = lack_of_fit(prepared, &choice.selected);
+    if let Some(lack) = lack.filter(LackOfFit::comes_back) {
+        let pure = lack.pure(&after);
+        let [all_m, pure_m] = [&after, &pure].map(|errors| displacement_m(errors, track_width_m));
+        if all_m > COMES_BACK_MIN * pure_m {
+            let back_m2 = after.position_rms_m.powi(2) - pure.position_rms_m.powi(2);
+            found.driven_again = DrivenAgain::ComesBack(back_m2.max(0.0).sqrt());
+            found.structure = true;
+            found.p_value = found.p_value.min(lack.p_value);
+            reachable = lower(&reachable, &pure, track_width_m);
+        }
+    } else if lack.is_some_and(|lack| lack.is_noise()) {
+        found.driven_again = DrivenAgain::Differ;
+    } else if choice.selected.noise.heading_walk > WALK_OF_WHEELS {
+        found.random_turn_rad = Some(choice.selected.noise.heading_walk);
+    }
     let square = |errors: &Errors| errors.position_rms_m.powi(2);
-    found.size_m = (square(after) - square(&reachable)).max(0.0).sqrt();
-    if displacement_m(after, track_width_m) < resolved_m(prepared, &choice.selected.noise) {
+    found.size_m = (square(&after) - square(&reachable)).max(0.0).sqrt();
+    if displacement_m(&after, track_width_m) < resolved_m(prepared, &choice.selected.noise) {
         // A simulator without noise leaves errors of arithmetic, and these depend on something always.
         found = Unexplained { p_value: 1.0, places: found.places, ..Unexplained::default() };
     }

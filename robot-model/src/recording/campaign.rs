@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::recording::condense::condensed;
+use crate::recording::condense::{WheelSamples, condensed};
 use crate::recording::excitation::Excitation;
 use crate::recording::motion::Motion;
 use crate::recording::odometry_noise::OdometryNoise;
@@ -94,12 +94,15 @@ impl Campaign {
     }
 
     /// The same, with lighter runs where they were recorded densely.
-    pub(crate) fn prepare_lighter(&self) -> Result<Prepared, RecordingError> {
+    pub(crate) fn prepare_lighter(
+        &self,
+        samples: WheelSamples,
+    ) -> Result<Prepared, RecordingError> {
         let dense = self.prepare()?;
         let light: Vec<(Recording, f64)> =
-            dense.runs.iter().map(|run| condensed(&self.robot, &run.recording)).collect();
+            dense.runs.iter().map(|run| condensed(&self.robot, &run.recording, samples)).collect();
         let same = |(run, (lighter, _)): (&PreparedRun, &(Recording, f64))| {
-            run.recording.wheels.len() == lighter.wheels.len()
+            run.recording.wheels == lighter.wheels
                 && run.recording.measured_poses.len() == lighter.measured_poses.len()
         };
         if dense.runs.iter().zip(&light).all(same) {

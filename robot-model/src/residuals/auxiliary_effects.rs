@@ -107,16 +107,23 @@ fn since_stop_m(step: &Step, memory: &mut Memory) -> f64 {
     (before_m + after_m) / 2.0
 }
 
-/// A slower turn leaves nothing behind \[rad/s\].
-const TURNS_RAD_S: f64 = 0.05;
-
-/// The side that the robot last turned to: 1 to the left, -1 to the right, 0 before its first turn.
-fn last_turned_to(step: &Step, memory: &mut Memory) -> f64 {
-    let before = memory.wheel.left.map_or(0.0, |jet| jet.value);
+/// What the last turn left behind that was faster than either of these \[rad/s\]: turns on the way since, in proportion to
+/// the path and to the travel.
+fn after_a_turn(
+    p: &[Jet; PARAMETERS_MAX],
+    step: &Step,
+    memory: &mut Memory,
+    faster_rad_s: WheelPair<f64>,
+) -> Change {
     let omega = step.turn_rate_rad_s();
-    let side = if omega.abs() > TURNS_RAD_S { omega.signum() } else { before };
-    memory.wheel.left = Some(Jet::constant(side));
-    side
+    // 1 after a turn to the left, -1 after one to the right, 0 before the first.
+    let sides = memory.wheel.zip(faster_rad_s).map(|(before, least)| {
+        if omega.abs() > least { omega.signum() } else { before.map_or(0.0, |jet| jet.value) }
+    });
+    memory.wheel = sides.map(|side| Some(Jet::constant(side)));
+    let (travel_m, path_m) = (step.travel_m(), step.travel_m().abs());
+    let WheelPair { left: one, right: other } = sides;
+    turns(p, [one * path_m, one * travel_m, other * path_m, other * travel_m])
 }
 
 pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
@@ -284,17 +291,14 @@ pub(super) static AUXILIARY_EFFECTS: &[AuxiliaryEffect] = &[
 pub(super) static OF_A_RUN: AuxiliaryEffect =
     AuxiliaryEffect { regressor: Regressor::Run, act: |p, step, _| radii_and_track(p, step, 1.0) };
 
-/// What the last turn left behind: a caster, a toe, a belt.
-pub(super) static AFTER_A_TURN: AuxiliaryEffect = AuxiliaryEffect {
-    regressor: Regressor::TurnRate,
-    act: |p, step, memory| {
-        let side = last_turned_to(step, memory);
-        let path_m = step.travel_m().abs();
-        Change {
-            turn_rad: (p[0] * path_m + p[1] * step.travel_m()) * side,
-            sideways_m: p[2] * (side * path_m),
-            turning: p[3] * (side * step.turn_rate_rad_s().signum()),
-            ..Change::NONE
-        }
+/// What the last turn left behind: a caster, a toe, a belt. How slow a turn leaves nothing is not known.
+pub(super) static AFTER_A_TURN: [AuxiliaryEffect; 2] = [
+    AuxiliaryEffect {
+        regressor: Regressor::TurnRate,
+        act: |p, step, memory| after_a_turn(p, step, memory, WheelPair::new(0.05, 0.15)),
     },
-};
+    AuxiliaryEffect {
+        regressor: Regressor::TurnRate,
+        act: |p, step, memory| after_a_turn(p, step, memory, WheelPair::new(0.3, 0.6)),
+    },
+];

@@ -100,6 +100,7 @@ pub(crate) fn reaching_further(
     let mut pool = pool(prepared, fitted, catalogue);
     pool.extend(of_regressor(Regressor::Place, &patches));
     pool.extend(of_regressor(Regressor::WheelSpeed, &rates));
+    pool.extend(of_regressor(Regressor::TurnRate, &AFTER_A_TURN));
     let further = searched((prepared, &thinned), fitted, &pool, first);
     // Beside more functions a search may miss what it found without them: these have one of their own.
     let waves: Vec<PlaceWave> =
@@ -110,7 +111,6 @@ pub(crate) fn reaching_further(
     let times = campaign_times(prepared);
     pool.extend(of_regressor(Regressor::Place, &waves));
     pool.extend(of_regressor(Regressor::TimeInCampaign, &times));
-    pool.push((Some(AFTER_A_TURN.regressor), zero(&AFTER_A_TURN)));
     searched((prepared, &thinned), fitted, &pool, further)
 }
 

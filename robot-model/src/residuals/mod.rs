@@ -13,6 +13,11 @@
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
 //! | `ripple.rs` | ripples many times per turn of a wheel |
 //! | `heavy_tails.rs` | heavier tails than a normal distribution has |
+//! | `innovations.rs` | what each pose shows that those before it did not tell |
+//! | `whiteness.rs` | errors that persist over seconds, or over halves of runs |
+//! | `lack_of_fit.rs` | errors that come back when a run is driven again |
+//! | `place_waves.rs` | turns in waves over the floor |
+//! | `campaign_times.rs` | functions of the time in the campaign |
 //! | `uneven_runs.rs` | a few runs that are off by far more than the others |
 //!
 //! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
@@ -25,6 +30,8 @@ pub(crate) mod flexible_model;
 pub(crate) mod floor_location;
 pub(crate) mod group_search;
 pub(crate) mod heavy_tails;
+mod innovations;
+pub(crate) mod lack_of_fit;
 pub(crate) mod place_waves;
 pub(crate) mod regressor;
 pub(crate) mod ripple;
@@ -35,5 +42,6 @@ pub(crate) mod whiteness;
 
 pub use expression::Expression;
 pub use floor_location::PlaceSeen;
+pub use lack_of_fit::DrivenAgain;
 pub use regressor::Regressor;
 pub use unexplained::Unexplained;

@@ -19,6 +19,7 @@ use crate::estimation::normal_equations::Sums;
 use crate::numeric::distributions::{chi_squared, false_discovery_rates};
 use crate::recording::campaign::Prepared;
 use crate::residuals::heavy_tails::heavy_tails;
+use crate::residuals::lack_of_fit::DrivenAgain;
 use crate::residuals::place_waves::strongest;
 use crate::residuals::ripple::ripple;
 use crate::residuals::uneven_runs::uneven_runs;
@@ -61,6 +62,13 @@ pub struct Unexplained {
     /// The measured poses have more outliers than noise has.
     #[serde(default)]
     pub outliers: bool,
+    /// Whether errors come back when a run is driven again.
+    #[serde(default)]
+    pub driven_again: DrivenAgain,
+    /// How far the robot turns at random in a metre \[rad\], where that is more than wheels do and no run that was driven
+    /// again tells whether it is noise.
+    #[serde(default)]
+    pub random_turn_rad: Option<f64>,
     /// The names of runs that are off by far more than the others, the one that is furthest off first.
     pub runs_off: Vec<String>,
     /// Cross-validated position error above the reachable one \[m\]: the root of the difference of squares.
@@ -272,7 +280,7 @@ fn with_auxiliary<'a>(fitted: &Fitted<'a>, patches: &'a [FloorPatch]) -> Vec<Pla
 
 /// All that are tested.
 fn auxiliary_effects() -> impl Iterator<Item = &'static AuxiliaryEffect> {
-    AUXILIARY_EFFECTS.iter().chain([&AFTER_A_TURN])
+    AUXILIARY_EFFECTS.iter().chain(&AFTER_A_TURN)
 }
 
 /// The regressors that the campaign's motion shows: of `added`, the auxiliary effects and the places.

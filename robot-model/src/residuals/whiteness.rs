@@ -14,18 +14,12 @@
 //! own error lasts for seconds, its innovations are white only as far as that error is known: such a quantity is not asked, nor is one
 //! whose error the user gave, as nobody said how fast that changes.
 
+use super::innovations::{Innovations, innovations};
 use super::regressor::Regressor;
-use crate::effect::composition::Terms;
-use crate::estimation::ekf::{FilterObserver, Innovation, numbers, whiten};
 use crate::estimation::fit::Fitted;
-use crate::estimation::state::Quantity;
-use crate::kinematics::pose::Pose;
 use crate::numeric::distributions::chi_squared;
-use crate::numeric::parallel;
 use crate::recording::campaign::Prepared;
-use crate::recording::motion::Step;
 use crate::recording::odometry_noise::OdometryNoise;
-use crate::recording::run::PoseMeasurement;
 
 /// Fewer innovations in half of a run do not show what persists.
 const HALF_MIN: usize = 20;
@@ -36,6 +30,10 @@ const P_MAX: f64 = 1e-6;
 const LAGS: [usize; 4] = [2, 3, 5, 10];
 const CORRELATION_MIN: f64 = 0.25;
 const SIGMAS_MIN: f64 = 6.0;
+/// A quantity whose slow error exceeds this share of its white noise is not asked, and neither is if that of one is so many times as
+/// large: then the tracker wobbles.
+const SLOW_MAX: f64 = 0.7;
+const WOBBLES: f64 = 3.0;
 /// Halves of runs agree with each other if they correlate by more than this: then runs differ.
 const HALVES_AGREE: f64 = 0.5;
 
@@ -48,51 +46,24 @@ pub(crate) struct Persisting {
     pub p_value: f64,
 }
 
-/// The normalised innovations of a run: of the heading, and of the position ahead.
-struct Innovations {
-    pending: Vec<f64>,
-    of: [Vec<f64>; 2],
-}
-
-impl FilterObserver for Innovations {
-    fn row(&mut self, innovation: Innovation, _: &[f64]) {
-        self.pending.push(innovation.value / innovation.variance.sqrt());
-    }
-
-    /// The filter gives the numbers of a pose first, then the pose.
-    fn pose(&mut self, measurement: &PoseMeasurement, step: &Step, pose: Pose) {
-        let (sin, cos) = pose.heading_rad.sin_cos();
-        let (mut ahead, mut positions) = (0.0, 0);
-        for ((quantity, ..), z) in numbers(measurement).zip(&self.pending) {
-            match quantity {
-                Quantity::X => (ahead, positions) = (ahead + cos * z, positions + 1),
-                Quantity::Y => (ahead, positions) = (ahead + sin * z, positions + 1),
-                Quantity::Heading => self.of[0].push(*z),
-            }
-        }
-        if positions == 2 {
-            self.of[1].push(ahead * step.travel_m().signum());
-        }
-        self.pending.clear();
-    }
-}
-
 /// Errors that persist, if any do.
 pub(crate) fn persisting(prepared: &Prepared, fitted: &Fitted<'_>) -> Option<Persisting> {
-    let fixed = Terms::Fixed(&fitted.terms);
-    let runs = parallel::map(&prepared.runs, |run| {
-        let mut innovations = Innovations { pending: Vec::new(), of: [Vec::new(), Vec::new()] };
-        whiten(&run.motion, &run.recording.measured_poses, fixed, &fitted.noise, &mut innovations);
-        innovations.of
-    });
+    let runs = innovations(prepared, fitted);
     let OdometryNoise { heading_sigma_rad, heading_wobble_rad, .. } = fitted.noise;
     let OdometryNoise { position_sigma_m, position_wobble_m, .. } = fitted.noise;
-    let is_asked = [
-        prepared.robot.heading_sigma_rad.is_none() && heading_wobble_rad < heading_sigma_rad,
-        prepared.robot.position_sigma_m.is_none() && position_wobble_m < position_sigma_m,
-    ];
-    let found = (0..2).filter(|quantity| is_asked[*quantity]).filter_map(|quantity| {
-        let of: Vec<&[f64]> = runs.iter().map(|run| &run[quantity][..]).collect();
+    let ratios = [heading_wobble_rad / heading_sigma_rad, position_wobble_m / position_sigma_m];
+    let is_given = [prepared.robot.heading_sigma_rad, prepared.robot.position_sigma_m];
+    let wobbles = ratios.iter().any(|ratio| *ratio > WOBBLES);
+    let is_asked = [0, 1].map(|quantity: usize| {
+        !wobbles && ratios[quantity] < SLOW_MAX && is_given[quantity].is_none()
+    });
+    let found = (0..2_usize).filter(|quantity| is_asked[*quantity]).filter_map(|quantity| {
+        let of = |run: &Innovations| -> Vec<f64> {
+            let seen = if quantity == 0 { &run.heading } else { &run.along };
+            seen.iter().map(|innovation| innovation.z).collect()
+        };
+        let of: Vec<Vec<f64>> = runs.iter().map(of).collect();
+        let of: Vec<&[f64]> = of.iter().map(Vec::as_slice).collect();
         over_halves(&of).or_else(|| over_seconds(&of))
     });
     found.min_by(|a, b| a.p_value.total_cmp(&b.p_value))
@@ -148,6 +119,7 @@ mod tests {
     use crate::effect::definition::{Change, Effect, Facts, Memory};
     use crate::explain::explain;
     use crate::numeric::jet::{Jet, PARAMETERS_MAX};
+    use crate::recording::motion::Step;
     use crate::tests::synthetic::{campaign, full_plan};
 
     /// A pull that comes and goes in half an hour.

@@ -145,6 +145,10 @@ fn unexplained(unexplained: &Unexplained) -> Value {
     if unexplained.outliers {
         value["outliers"] = json!(true);
     }
+    if !unexplained.slight.is_empty() {
+        let names = unexplained.slight.iter().copied().map(Regressor::name);
+        value["slight"] = json!(names.collect::<Vec<_>>());
+    }
     match unexplained.driven_again {
         DrivenAgain::TooFew => {}
         DrivenAgain::Differ => value["comes_back_m"] = json!(0.0),

@@ -187,6 +187,18 @@ pub fn depends_on(unexplained: &Unexplained) -> String {
     }
 }
 
+/// What the residuals depend on by too little to matter.
+pub fn slight(unexplained: &Unexplained) -> Option<String> {
+    let names: Vec<String> =
+        unexplained.slight.iter().map(|regressor| regressor.name().to_owned()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "Beyond chance they depend on {}, but by too little to matter.",
+            super::listed(&names)
+        )
+    })
+}
+
 /// What runs that were driven again say of the residuals, or would say.
 pub fn driven_again(unexplained: &Unexplained) -> Option<String> {
     match (unexplained.driven_again, unexplained.random_turn_rad) {
@@ -295,6 +307,14 @@ mod tests {
             "{much}"
         );
         assert_eq!(driven_again(&of(DrivenAgain::TooFew, None)), None);
+    }
+
+    #[test]
+    fn what_is_beyond_chance_and_too_small_is_said_to_be_that() {
+        let found = Unexplained { slight: vec![Regressor::TurnRate], ..Unexplained::default() };
+        let text = "Beyond chance they depend on turn rate, but by too little to matter.";
+        assert_eq!(slight(&found).unwrap(), text);
+        assert_eq!(slight(&Unexplained::default()), None);
     }
 
     #[test]

@@ -24,7 +24,7 @@ mod runs_off;
 
 pub use answer::{
     depends_on, driven_again, evidence, expression, lacking, net_change, predicted, reason,
-    second_opinion, worth,
+    second_opinion, slight, worth,
 };
 pub use calibration::{advice, out_and_back, source};
 pub use clocks::clocks;

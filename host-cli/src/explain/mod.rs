@@ -260,10 +260,14 @@ fn unexplained(answer: &Answer) {
         }
     } else {
         say(format_args!(
-            "{}: the residuals depend on none of the variables tested ({})",
+            "{}: the residuals depend on none of the variables tested{} ({})",
             paint(BOLD, "Nothing else is missing"),
+            if residuals.slight.is_empty() { "" } else { " by more than a little" },
             p_value(residuals.p_value)
         ));
+    }
+    if let Some(text) = words::slight(residuals) {
+        wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
     }
     if let Some(text) = words::driven_again(residuals) {
         wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));

@@ -211,7 +211,8 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
         )
     } else {
         format!(
-            "The residuals depend on none of the variables tested ({p}): these curves should lie on zero within their bars."
+            "The residuals depend on none of the variables tested{} ({p}): these curves should lie on zero within their bars.",
+            if residuals.slight.is_empty() { "" } else { " by more than a little" }
         )
     };
     section(html, if residuals.structure { "Still unexplained" } else { "Residuals" }, "");

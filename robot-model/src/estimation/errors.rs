@@ -76,6 +76,28 @@ pub(crate) fn errors_of_run(
     track_errors(&track(run, terms), noise)
 }
 
+/// How far these terms take the runs from where those take them, from the best start: the displacement of the wheels' contact
+/// points, root of the mean square \[m\].
+pub(crate) fn moves_m(prepared: &Prepared, these: &[Term<'_>], those: &[Term<'_>]) -> f64 {
+    let half_track_m = prepared.robot.track_width_m / 2.0;
+    let each = parallel::map(&prepared.runs, |run| {
+        let (mut track, other) = (track(run, those), track(run, these));
+        for (seen, pose) in track.measured.iter_mut().zip(&other.predicted) {
+            seen.position_m = Some([pose.x_m, pose.y_m]);
+            seen.heading_rad = Some(pose.heading_rad);
+        }
+        let errors = track.errors(1.0, 1.0 / half_track_m);
+        let square = |error: &PoseError| {
+            let [ahead_m, left_m] = error.position_m.unwrap_or_default();
+            let turned_m = error.heading_rad.unwrap_or_default() * half_track_m;
+            ahead_m * ahead_m + left_m * left_m + turned_m * turned_m
+        };
+        (errors.iter().map(square).sum::<f64>(), errors.len() as f64)
+    });
+    let (sum, count) = each.iter().fold((0.0, 0.0), |(a, b), (sum, count)| (a + sum, b + count));
+    if count > 0.0 { (sum / count).sqrt() } else { 0.0 }
+}
+
 /// The squared errors of a track.
 fn squares(track: &PredictedTrack, noise: &OdometryNoise) -> Squares {
     let mut sum = Squares::default();
@@ -112,7 +134,7 @@ fn total(each: Vec<Squares>, chi_squared: f64, rows: f64) -> Errors {
 }
 
 /// Terms with some columns moved, shapes within the range that the runs can show.
-fn moved<'a>(
+pub(crate) fn moved<'a>(
     prepared: &Prepared,
     terms: &[PlacedTerm<'a>],
     columns: &[usize],

@@ -17,6 +17,7 @@
 //! | `fit.rs` | parameters and noise of a model |
 //! | `predict.rs` | open loop: where a model says that the robot went |
 //! | `errors.rs` | [`Errors`] of predicted tracks, on runs fitted to and cross-validated |
+//! | `tolerance.rs` | what is too small to matter |
 //! | `profile_likelihood.rs` | intervals where the fit is not quadratic |
 //!
 //! Which effects belong in a model is decided in `selection`.
@@ -35,6 +36,7 @@ pub(crate) mod predict;
 pub(crate) mod profile_likelihood;
 pub(crate) mod row_adder;
 pub(crate) mod state;
+pub(crate) mod tolerance;
 pub(crate) mod transition;
 
 pub use crate::numeric::distributions::SIGMAS_95;

@@ -10,7 +10,6 @@
 //! | `progress.rs` | [`Progress`]: what was found so far |
 //! | `reachable_error.rs` | what any model could reach, how far above it the error is, an equation for the rest |
 //! | `quiet_runs.rs` | the same, where some runs are off by far more than the others |
-//! | `tolerance.rs` | what is too small to matter |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
@@ -34,7 +33,6 @@ pub(crate) mod quiet_runs;
 pub(crate) mod reachable_error;
 #[cfg(test)]
 mod tests;
-pub(crate) mod tolerance;
 
 pub use answer::{
     Answer, Averaged, CandidateKind, Evidence, HeldOut, NextRun, ParameterFound,

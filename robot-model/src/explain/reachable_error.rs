@@ -3,9 +3,9 @@
 
 use crate::effect::definition::Effect;
 use crate::estimation::errors::{Errors, displacement_m, lower};
+use crate::estimation::tolerance::resolved_m;
 use crate::explain::model_choice::{Choice, EXCESS_MAX};
 use crate::explain::quiet_runs::reachable_on_quiet_runs;
-use crate::explain::tolerance::resolved_m;
 use crate::residuals::expression::expression;
 use crate::residuals::lack_of_fit::{DrivenAgain, LackOfFit, lack_of_fit};
 use crate::residuals::regressor::Regressor;

@@ -13,6 +13,8 @@
 //! | `floor_location.rs` | places on the floor, by a coarse and a fine search |
 //! | `ripple.rs` | ripples many times per turn of a wheel |
 //! | `heavy_tails.rs` | heavier tails than a normal distribution has |
+//! | `worth.rs` | how far what they depend on moves the robot |
+//! | `each_run.rs` | what most runs show, each by itself |
 //! | `innovations.rs` | what each pose shows that those before it did not tell |
 //! | `whiteness.rs` | errors that persist over seconds, or over halves of runs |
 //! | `lack_of_fit.rs` | errors that come back when a run is driven again |
@@ -25,6 +27,7 @@
 pub(crate) mod auxiliary_effects;
 pub(crate) mod basis_functions;
 pub(crate) mod campaign_times;
+mod each_run;
 pub(crate) mod expression;
 pub(crate) mod flexible_model;
 pub(crate) mod floor_location;
@@ -39,6 +42,7 @@ pub(crate) mod uneven_runs;
 pub(crate) mod unexplained;
 pub(crate) mod wheel_rates;
 pub(crate) mod whiteness;
+mod worth;
 
 pub use expression::Expression;
 pub use floor_location::PlaceSeen;

@@ -15,15 +15,17 @@ use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::Effect;
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::fit::Fitted;
-use crate::estimation::normal_equations::Sums;
-use crate::numeric::distributions::{chi_squared, false_discovery_rates};
+use crate::estimation::tolerance::tolerance_m;
+use crate::numeric::distributions::false_discovery_rates;
 use crate::recording::campaign::Prepared;
+use crate::residuals::each_run::each_run_by_itself;
 use crate::residuals::heavy_tails::heavy_tails;
 use crate::residuals::lack_of_fit::DrivenAgain;
 use crate::residuals::place_waves::strongest;
 use crate::residuals::ripple::ripple;
 use crate::residuals::uneven_runs::uneven_runs;
 use crate::residuals::whiteness::persisting;
+use crate::residuals::worth::least_move_m;
 use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
 
 use super::auxiliary_effects::{AFTER_A_TURN, AUXILIARY_EFFECTS, AuxiliaryEffect, OF_A_RUN};
@@ -69,6 +71,9 @@ pub struct Unexplained {
     /// again tells whether it is noise.
     #[serde(default)]
     pub random_turn_rad: Option<f64>,
+    /// What they depend on beyond chance, but by so little that it moves the robot by less than the tolerance.
+    #[serde(default)]
+    pub slight: Vec<Regressor>,
     /// The names of runs that are off by far more than the others, the one that is furthest off first.
     pub runs_off: Vec<String>,
     /// Cross-validated position error above the reachable one \[m\]: the root of the difference of squares.
@@ -81,6 +86,14 @@ impl Unexplained {
     /// Whether outliers of the measured poses are all that is unexplained.
     pub fn only_outliers(&self) -> bool {
         self.outliers && self.depends_on.len() == 1
+    }
+
+    /// Names a regressor, once: as one that matters, or not.
+    fn name(&mut self, regressor: Regressor, matters: bool) {
+        let named = if matters { &mut self.depends_on } else { &mut self.slight };
+        if !named.contains(&regressor) {
+            named.push(regressor);
+        }
     }
 
     /// Notes a finding; the p-value stays that of the first one.
@@ -140,6 +153,8 @@ struct OpenRegressor<'a> {
     columns: Vec<usize>,
     /// Where, if it is a place \[m\].
     patch_m: Option<[f64; 2]>,
+    /// Probability by chance of as much, given all others that were found.
+    p_value: f64,
 }
 
 impl OpenRegressor<'_> {
@@ -174,6 +189,7 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         open.iter().filter(is_wave).map(|wave| wave.columns.clone()).collect();
     let mut found = Unexplained { p_value: 1.0, ..Unexplained::default() };
     let many = prepared.runs.len() >= MANY_RUNS;
+    let asked = open.iter().filter(|one| one.patch_m.is_none()).count() + tested;
     let mut within = 1.0;
     let (base, mut between, mut taken) = (model.clone(), 1.0, Vec::new());
     for _ in 0..ROUNDS_MAX {
@@ -207,11 +223,17 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     }
     found.places = seen;
     let taken = by_own_gain(&equations, &base, taken, (within, between));
-    for regressor in taken.into_iter().map(|one| one.regressor) {
-        if !found.depends_on.contains(&regressor) {
-            found.depends_on.push(regressor);
-        }
+    let with_taken = taken.iter().flat_map(|one| &one.columns);
+    let with_taken: Vec<usize> = base.iter().chain(with_taken).copied().collect();
+    let tolerance_m = tolerance_m(prepared, &fitted.noise);
+    for OpenRegressor { regressor, columns, p_value, .. } in &taken {
+        let (model, own) = ((&equations, &terms[..]), (&columns[..], *p_value));
+        let matters = least_move_m(prepared, model, &with_taken, own, asked) >= tolerance_m;
+        found.name(*regressor, matters);
     }
+    found.structure = !found.depends_on.is_empty();
+    found.slight.retain(|regressor| !found.depends_on.contains(regressor));
+    found.place_m = found.place_m.filter(|_| found.depends_on.contains(&Regressor::Place));
     if counts_start_anew(prepared) && !found.depends_on.contains(&Regressor::WheelAngle) {
         let p_value = |wave: &Vec<usize>| each_run_by_itself(&equations, (&model, wave), within);
         let p_value = waves.iter().map(p_value).fold(1.0, f64::min);
@@ -249,10 +271,14 @@ fn by_own_gain<'a>(
             let hypothesis = Hypothesis { model: &model, asked, effect: *effect, scatter };
             let test = test_effect(equations, &hypothesis);
             let counts = test.cross_validated_gain > 0.0 && test.p_value < FALSE_DISCOVERY_RATE;
-            (counts, test.cross_validated_gain / test.dispersion)
+            (counts, test.cross_validated_gain / test.dispersion, test.p_value)
         };
+        let each: Vec<(bool, f64, f64)> = (0..taken.len()).map(own).collect();
+        for (one, (.., p_value)) in taken.iter_mut().zip(&each) {
+            one.p_value = *p_value;
+        }
         let mut order: Vec<(usize, (bool, f64))> =
-            (0..taken.len()).map(|index| (index, own(index))).collect();
+            each.iter().map(|(counts, merit, _)| (*counts, *merit)).enumerate().collect();
         order.sort_by(|(_, (_, a)), (_, (_, b))| b.total_cmp(a));
         match order.last() {
             Some(&(index, (false, _))) if taken.len() > 1 => drop(taken.remove(index)),
@@ -293,7 +319,7 @@ fn open_regressors<'a>(
     let places = patches.iter().map(|patch| (Regressor::Place, Some(patch.at_m)));
     let open = |((regressor, patch_m), term): (_, &PlacedTerm<'a>)| {
         let columns = visible(equations, term.columns());
-        OpenRegressor { regressor, effect: term.effect, columns, patch_m }
+        OpenRegressor { regressor, effect: term.effect, columns, patch_m, p_value: 1.0 }
     };
     let all = auxiliary.chain(places).zip(added).map(open);
     all.filter(|regressor| !regressor.columns.is_empty()).collect()
@@ -337,45 +363,6 @@ pub(crate) fn counts_start_anew(prepared: &Prepared) -> bool {
     let Some(first) = starts.next() else { return false };
     let mut others = starts.peekable();
     others.peek().is_some() && others.all(|step| step.phi_rad == first.phi_rad)
-}
-
-/// Probability by chance of as much gain as these columns have with values of their own in every run. It takes
-/// the gain of the median run, so most runs have to show it.
-fn each_run_by_itself(
-    equations: &CampaignEquations,
-    (model, asked): (&[usize], &[usize]),
-    scatter: f64,
-) -> f64 {
-    if asked.is_empty() {
-        return 1.0;
-    }
-    let best = equations.best(&equations.total, model);
-    let mut gains: Vec<f64> = equations
-        .folds
-        .iter()
-        .map(|fold| {
-            let mut sums = fold.sums.clone();
-            for (column, delta) in model.iter().zip(&best) {
-                sums.right -= sums.gram.column(*column) * *delta;
-            }
-            let delta = equations.best(&sums, asked);
-            sums.squares = 0.0;
-            -sums.chi_squared(asked, &delta)
-        })
-        .collect();
-    gains.sort_by(f64::total_cmp);
-    // Half of the runs gain more than the median: a binomial probability, each one of chi^2.
-    let median = gains[gains.len() / 2];
-    let alone = chi_squared(asked.len(), median / scatter);
-    at_least_half(gains.len(), alone)
-}
-
-/// Upper bound on the probability that at least half of n independent events occur, each of which has the
-/// probability `alone`.
-fn at_least_half(n: usize, alone: f64) -> f64 {
-    // C(n, k) < 2^n.
-    let half = n.div_ceil(2) as f64;
-    (2.0_f64.powi(n as i32) * alone.powf(half)).min(1.0)
 }
 
 /// The columns that the campaign's motion shows at all.

@@ -19,18 +19,18 @@ use crate::recording::odometry_noise::OdometryNoise;
 const SHARE: f64 = 0.1;
 
 /// What moves the robot by less than this is not worth correcting, unless the user says otherwise \[m\].
-pub(super) fn tolerance_m(prepared: &Prepared, noise: &OdometryNoise) -> f64 {
+pub(crate) fn tolerance_m(prepared: &Prepared, noise: &OdometryNoise) -> f64 {
     let noise = noise.of_one_pose(prepared.poses_in_one);
     SHARE * noise.position_sigma_m.hypot(noise.position_wobble_m)
 }
 
 /// An error smaller than this is none: that, or the rounding to whole counts \[m\].
-pub(super) fn resolved_m(prepared: &Prepared, noise: &OdometryNoise) -> f64 {
+pub(crate) fn resolved_m(prepared: &Prepared, noise: &OdometryNoise) -> f64 {
     tolerance_m(prepared, noise).max(prepared.robot.rounding_m())
 }
 
 /// (1): what an effect of this size, so probable by chance, does at least, with so many effects asked for \[m\].
-pub(super) fn least_size_m(size_m: f64, p_value: f64, asked: usize) -> f64 {
+pub(crate) fn least_size_m(size_m: f64, p_value: f64, asked: usize) -> f64 {
     let sigmas = normal_sigmas((p_value * asked as f64).min(1.0));
     size_m * (1.0 - SIGMAS_95 / sigmas).max(0.0)
 }

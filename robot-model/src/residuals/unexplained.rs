@@ -36,6 +36,9 @@ use super::regressor::Regressor;
 /// At most this share of the named regressors is wrong: of 600 sound robots, three were flagged at 1 %, none of them at this.
 const FALSE_DISCOVERY_RATE: f64 = 0.003;
 
+/// What chance gives more seldom is there, whether it matters or not: this is no multiple test's luck.
+const BEYOND_DOUBT: f64 = 1e-9;
+
 /// From this many runs on, a few of them may have something that the others do not have.
 const MANY_RUNS: usize = 8;
 
@@ -71,7 +74,7 @@ pub struct Unexplained {
     /// again tells whether it is noise.
     #[serde(default)]
     pub random_turn_rad: Option<f64>,
-    /// What they depend on beyond chance, but by so little that it moves the robot by less than the tolerance.
+    /// What they may depend on, not beyond all doubt, and by so little that it moves the robot by less than the tolerance.
     #[serde(default)]
     pub slight: Vec<Regressor>,
     /// The names of runs that are off by far more than the others, the one that is furthest off first.
@@ -228,7 +231,8 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
     let tolerance_m = tolerance_m(prepared, &fitted.noise);
     for OpenRegressor { regressor, columns, p_value, .. } in &taken {
         let (model, own) = ((&equations, &terms[..]), (&columns[..], *p_value));
-        let matters = least_move_m(prepared, model, &with_taken, own, asked) >= tolerance_m;
+        let matters = *p_value < BEYOND_DOUBT
+            || least_move_m(prepared, model, &with_taken, own, asked) >= tolerance_m;
         found.name(*regressor, matters);
     }
     found.structure = !found.depends_on.is_empty();

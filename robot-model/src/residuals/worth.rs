@@ -50,8 +50,9 @@ mod tests {
     #[test]
     fn what_moves_the_runs_beyond_doubt_is_above_the_tolerance_and_chance_is_not() {
         // Turns in proportion to v^2 dt, which no wrong geometry makes.
-        let auxiliary = AUXILIARY_EFFECTS.iter().filter(|one| one.regressor == Regressor::Speed);
-        let effect: &dyn Effect = auxiliary.skip(1).next().unwrap();
+        let mut auxiliary =
+            AUXILIARY_EFFECTS.iter().filter(|one| one.regressor == Regressor::Speed);
+        let effect: &dyn Effect = auxiliary.nth(1).unwrap();
         let of = |pull: f64, p_value: f64| {
             let truth = [Term::new(effect, vec![0.0, pull, 0.0, 0.0])];
             let prepared = campaign(&full_plan(), &truth, 3).prepare().unwrap();

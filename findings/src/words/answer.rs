@@ -187,15 +187,12 @@ pub fn depends_on(unexplained: &Unexplained) -> String {
     }
 }
 
-/// What the residuals depend on by too little to matter.
+/// What the residuals may depend on, by too little to matter.
 pub fn slight(unexplained: &Unexplained) -> Option<String> {
     let names: Vec<String> =
         unexplained.slight.iter().map(|regressor| regressor.name().to_owned()).collect();
     (!names.is_empty()).then(|| {
-        format!(
-            "Beyond chance they depend on {}, but by too little to matter.",
-            super::listed(&names)
-        )
+        format!("They may depend on {}, but by too little to matter.", super::listed(&names))
     })
 }
 
@@ -310,9 +307,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beyond_chance_and_too_small_is_said_to_be_that() {
+    fn what_may_be_there_and_is_too_small_is_said_to_be_that() {
         let found = Unexplained { slight: vec![Regressor::TurnRate], ..Unexplained::default() };
-        let text = "Beyond chance they depend on turn rate, but by too little to matter.";
+        let text = "They may depend on turn rate, but by too little to matter.";
         assert_eq!(slight(&found).unwrap(), text);
         assert_eq!(slight(&Unexplained::default()), None);
     }

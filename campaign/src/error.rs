@@ -276,7 +276,7 @@ impl fmt::Display for Warning {
             ),
             Self::HeadingOffset { place, turned_rad } => write!(
                 f,
-                "{place}: in all runs heading_rad differs by {:+.1} degrees from the direction of travel: the heading marker is \
+                "{place}: in nearly all runs heading_rad differs by {:+.1} degrees from the direction of travel: the heading marker is \
                  mounted at an angle; {turned_rad:.4} was taken out: subtract it from heading_rad, or turn the marker",
                 turned_rad.to_degrees()
             ),

@@ -155,6 +155,28 @@ fn said(example: &Example, run: Option<&str>, headings: bool, mutation: Mutation
     }
 }
 
+#[test]
+fn a_heading_marker_that_sits_crooked_is_taken_out_and_refuses_no_campaign() {
+    let turn: Mutation = |run| {
+        let headings = run.rows.iter_mut().filter_map(|row| row.heading_rad.as_mut());
+        headings.for_each(|heading_rad| *heading_rad += 0.12);
+    };
+    for example in [Example::simulated(), Example::real()] {
+        let said = said(example, None, true, turn);
+        assert!(said.contains("the heading marker is mounted at an angle"), "{said}");
+        let headings = |campaign: &Campaign| -> Vec<f64> {
+            let recordings = Recordings::of(campaign);
+            let poses = recordings.runs.iter().flat_map(|run| &run.measured_poses);
+            poses.filter_map(|pose| pose.heading_rad).collect()
+        };
+        let mut turned = example.campaign.clone();
+        turned.runs.iter_mut().for_each(turn);
+        for (as_it_was, corrected) in headings(&example.campaign).iter().zip(headings(&turned)) {
+            assert!((as_it_was - corrected).abs() < 0.01, "{as_it_was} and {corrected}");
+        }
+    }
+}
+
 /// What is done, what is said of it with headings and without, and whether it can be wrong in all runs.
 const CASES: [(&str, Mutation, &str, Option<&str>, bool); 24] = [
     ("nothing", nothing, "", Some(""), true),

@@ -207,8 +207,8 @@ pub fn driven_again(unexplained: &Unexplained) -> Option<String> {
             Some("Runs that were driven again differ by as much: that is noise.".to_owned())
         }
         (DrivenAgain::TooFew, Some(turn_rad)) => Some(format!(
-            "For noise, {:.0} mrad of random turn in a metre are much: drive one of these runs twice more. What comes back is \
-             no noise.",
+            "The robot turns at random by {:.0} mrad in a metre, which is much for noise: drive one of these runs twice more. What \
+             comes back is no noise.",
             1e3 * turn_rad
         )),
         (DrivenAgain::TooFew, None) => None,
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(differ, "Runs that were driven again differ by as much: that is noise.");
         let much = driven_again(&of(DrivenAgain::TooFew, Some(0.0172))).unwrap();
         assert!(
-            much.starts_with("For noise, 17 mrad of random turn in a metre are much"),
+            much.starts_with("The robot turns at random by 17 mrad in a metre, which is much"),
             "{much}"
         );
         assert_eq!(driven_again(&of(DrivenAgain::TooFew, None)), None);

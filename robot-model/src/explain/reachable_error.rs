@@ -73,6 +73,8 @@ pub(super) fn reachable_and_unexplained(
         // A simulator without noise leaves errors of arithmetic, and these depend on something always.
         found = Unexplained { p_value: 1.0, places: found.places, ..Unexplained::default() };
     }
+    // What matters by one test may be little by another.
+    found.slight.retain(|regressor| !found.depends_on.contains(regressor));
     (least_of_each(reachable, reached), found)
 }
 

@@ -220,26 +220,11 @@ fn errors_of_parts(run: &PreparedRun, errors: &[PoseError]) -> [[Sum; 3]; PARTS]
 mod tests {
     use super::*;
     use crate::effect::composition::Term;
-    use crate::effect::definition::{Change, Effect, Facts, Memory};
     use crate::explain::{Answer, explain};
-    use crate::numeric::jet::{Jet, PARAMETERS_MAX};
-    use crate::recording::motion::Step;
-    use crate::tests::synthetic::{campaign, part_of_plan};
+    use crate::tests::synthetic::{TurnsPerMetre, campaign, part_of_plan};
 
     /// A pull that comes and goes within a run, as nothing does that was recorded.
-    #[derive(Debug)]
-    struct Swaying;
-
-    impl Effect for Swaying {
-        fn facts(&self) -> Facts<'_> {
-            Facts { id: "swaying", name: "swaying", ..Facts::DEFAULT }
-        }
-
-        fn act(&self, _: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-            let pull = 0.06 * (1.7 * step.t_s).sin();
-            Change { turn_rad: Jet::constant(pull * step.travel_m().abs()), ..Change::NONE }
-        }
-    }
+    const SWAYING: TurnsPerMetre = TurnsPerMetre(|step| 0.06 * (1.7 * step.t_s).sin());
 
     /// Eight arcs and four drives out and back, `times` over.
     fn answered(times: usize, truth: &[Term<'_>], seed: u64) -> Answer {
@@ -256,7 +241,7 @@ mod tests {
         for seed in 0..3 {
             let sound = answered(4, &[], seed);
             assert_eq!(sound.unexplained.driven_again, DrivenAgain::Differ, "seed {seed}");
-            let found = answered(4, &[Term::new(&Swaying, Vec::new())], seed);
+            let found = answered(4, &[Term::new(&SWAYING, Vec::new())], seed);
             let DrivenAgain::ComesBack(back_m) = found.unexplained.driven_again else {
                 panic!("seed {seed}: {:?}", found.unexplained)
             };
@@ -271,7 +256,7 @@ mod tests {
         // Each run once: nothing tells, but as noise that would be much.
         let sound = answered(1, &[], 0).unexplained;
         assert_eq!((sound.driven_again, sound.random_turn_rad), (DrivenAgain::TooFew, None));
-        let found = answered(1, &[Term::new(&Swaying, Vec::new())], 0).unexplained;
+        let found = answered(1, &[Term::new(&SWAYING, Vec::new())], 0).unexplained;
         assert_eq!(found.driven_again, DrivenAgain::TooFew);
         assert!(found.random_turn_rad.is_some_and(|rad| (0.01..0.03).contains(&rad)), "{found:?}");
     }

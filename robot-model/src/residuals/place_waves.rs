@@ -156,27 +156,19 @@ mod tests {
     use crate::explain::explain;
     use crate::residuals::regressor::Regressor;
     use crate::selection::select::select;
-    use crate::tests::synthetic::{campaign, full_plan};
+    use crate::tests::synthetic::{TurnsPerMetre, campaign, full_plan};
 
     /// Tiles of 22 cm that turn the robot, one to the left and the next to the right.
-    #[derive(Debug)]
-    struct Tiles;
-
-    impl Effect for Tiles {
-        fn facts(&self) -> Facts<'_> {
-            Facts { id: "tiles", name: "tiles", ..Facts::DEFAULT }
-        }
-
-        fn act(&self, _: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-            let side = if (step.place_m[0] / 0.22).floor() % 2.0 == 0.0 { 0.04 } else { -0.04 };
-            let turn_rad = Jet::constant(side * step.travel_m().abs());
-            Change { turn_rad, ..Change::NONE }
-        }
-    }
+    const TILES: TurnsPerMetre =
+        TurnsPerMetre(
+            |step| {
+                if (step.place_m[0] / 0.22).floor() % 2.0 == 0.0 { 0.04 } else { -0.04 }
+            },
+        );
 
     #[test]
     fn tiles_are_a_wave_over_the_floor_and_no_noise() {
-        let tiles = [Term::new(&Tiles, Vec::new())];
+        let tiles = [Term::new(&TILES, Vec::new())];
         for seed in 0..2 {
             let answer = explain(&campaign(&full_plan(), &tiles, seed)).unwrap();
             let found = answer.unexplained;

@@ -236,7 +236,6 @@ fn of_regressors(prepared: &Prepared, fitted: &Fitted<'_>) -> Unexplained {
         found.name(*regressor, matters);
     }
     found.structure = !found.depends_on.is_empty();
-    found.slight.retain(|regressor| !found.depends_on.contains(regressor));
     found.place_m = found.place_m.filter(|_| found.depends_on.contains(&Regressor::Place));
     if counts_start_anew(prepared) && !found.depends_on.contains(&Regressor::WheelAngle) {
         let p_value = |wave: &Vec<usize>| each_run_by_itself(&equations, (&model, wave), within);

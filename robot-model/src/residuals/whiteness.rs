@@ -116,32 +116,17 @@ fn correlation(runs: &[&[f64]], lag: usize) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::effect::composition::Term;
-    use crate::effect::definition::{Change, Effect, Facts, Memory};
     use crate::explain::explain;
-    use crate::numeric::jet::{Jet, PARAMETERS_MAX};
-    use crate::recording::motion::Step;
-    use crate::tests::synthetic::{campaign, full_plan};
+    use crate::tests::synthetic::{TurnsPerMetre, campaign, full_plan};
 
     /// A pull that comes and goes in half an hour.
-    #[derive(Debug)]
-    struct SlowPull;
-
-    impl Effect for SlowPull {
-        fn facts(&self) -> Facts<'_> {
-            Facts { id: "slow_pull", name: "slow pull", ..Facts::DEFAULT }
-        }
-
-        fn act(&self, _: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-            let pull = 0.03 * (step.clock_s / 1800.0 * core::f64::consts::TAU).sin();
-            let turn_rad = Jet::constant(pull * step.travel_m().abs());
-            Change { turn_rad, ..Change::NONE }
-        }
-    }
+    const SLOW_PULL: TurnsPerMetre =
+        TurnsPerMetre(|step| 0.03 * (step.clock_s / 1800.0 * core::f64::consts::TAU).sin());
 
     #[test]
     fn a_pull_that_changes_over_minutes_is_no_noise_and_the_floor_knows_it() {
         for seed in 0..2 {
-            let pulled = campaign(&full_plan(), &[Term::new(&SlowPull, Vec::new())], seed);
+            let pulled = campaign(&full_plan(), &[Term::new(&SLOW_PULL, Vec::new())], seed);
             let prepared = pulled.prepare().unwrap();
             let fitted = crate::selection::select::select(&prepared, &[]).fitted;
             let found = persisting(&prepared, &fitted).expect("halves of runs agree");

@@ -5,13 +5,14 @@ use std::sync::OnceLock;
 
 use crate::effect::catalogue::find;
 use crate::effect::composition::{Composer, Term, Terms};
+use crate::effect::definition::{Change, Effect, Facts, Memory};
 use crate::estimation::transition::Transition;
 use crate::kinematics::pose::Pose;
 use crate::kinematics::wheel_pair::WheelPair;
-use crate::numeric::jet::Jet;
+use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::numeric::random::Random;
 use crate::recording::campaign::Campaign;
-use crate::recording::motion::Motion;
+use crate::recording::motion::{Motion, Step};
 use crate::recording::nominal_run::{Piece, Sampling, nominal_run};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run::{GyroSample, Recording, Robot, WheelSample};
@@ -38,6 +39,26 @@ const SAMPLING: Sampling = Sampling { sample_s: 0.02, samples_per_pose: 5, ..Sam
 /// An effect with these values.
 pub(crate) fn term(id: &str, values: &[f64]) -> Term<'static> {
     Term::new(find(id).expect("an id of the catalogue"), values.into())
+}
+
+/// Turns the robot by so much in a metre \[rad/m\], as no effect of the catalogue does.
+pub(crate) struct TurnsPerMetre(pub fn(&Step) -> f64);
+
+impl core::fmt::Debug for TurnsPerMetre {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("TurnsPerMetre")
+    }
+}
+
+impl Effect for TurnsPerMetre {
+    fn facts(&self) -> Facts<'_> {
+        Facts { id: "turns_per_metre", name: "turns per metre", ..Facts::DEFAULT }
+    }
+
+    fn act(&self, _: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let turn_rad = Jet::constant((self.0)(step) * step.travel_m().abs());
+        Change { turn_rad, ..Change::NONE }
+    }
 }
 
 /// Every effect at a size of thirty sigmas or more on the full plan.

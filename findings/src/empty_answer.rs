@@ -40,6 +40,7 @@ pub fn step_of(class: &[&str]) -> StepFound {
         least_size_m: 1e-2,
         moves_no_track: false,
         nears_runs: true,
+        used_to_predict: true,
         matters: true,
     }
 }

@@ -61,6 +61,8 @@ class Effect:
     p_value: float
     evidence: str
     matters: bool
+    #: It removes more than is left unexplained; a saved model goes without it otherwise.
+    used_to_predict: bool
     effect_size_m: float
 
     @classmethod
@@ -73,6 +75,7 @@ class Effect:
             json["p_value"],
             json["why"],
             json["matters"],
+            json["used_to_predict"],
             json["effect_size_m"],
         )
 

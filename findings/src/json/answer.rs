@@ -78,6 +78,7 @@ fn step(step: &StepFound) -> Value {
         "p_value": step.p_value,
         "why": words::evidence(step),
         "matters": step.matters,
+        "used_to_predict": step.used_to_predict,
         "effect_size_m": step.effect_size_m,
     })
 }
@@ -246,6 +247,7 @@ mod tests {
             "p_value",
             "parameters",
             "train",
+            "used_to_predict",
             "why",
         ];
         assert_eq!(keys(&json["steps"][0]), step);

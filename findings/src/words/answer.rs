@@ -32,6 +32,10 @@ pub fn worth(step: &StepFound) -> String {
         (true, false) => {
             "it concerns a sensor, and turns its heading by too little to matter".to_owned()
         }
+        (false, true) if !step.used_to_predict => format!(
+            "it removes {mm:.2} mm of the error of these runs, less than is left unexplained: it may be something else, so a saved \
+             model goes without it"
+        ),
         (false, true) => format!("it removes {mm:.2} mm of the error of these runs"),
         (false, false) if mm < 0.005 => {
             "it removes none of the error of these runs: too little to matter".to_owned()
@@ -91,6 +95,9 @@ pub fn reason(reason: &Reason) -> String {
             kind.name()
         ),
         Reason::InModel => "the model already explains nearly all of it".to_owned(),
+        Reason::BlursGeometry { times } => format!(
+            "these runs do not tell it from radii and track width: beside it, those are {times:.0} times as uncertain"
+        ),
         Reason::OneRunByChance { gain } => {
             format!("only one run shows it, and not significantly (gain {gain:.1})")
         }

@@ -40,7 +40,7 @@ pub struct Answer {
     pub alternative_fit: Option<bool>,
     /// An effect that moves the robot less than this is not worth correcting \[m\].
     pub tolerance_m: f64,
-    /// The model that predicts other runs: all steps, each class by all its members at their shares.
+    /// The model that predicts other runs: all steps that are used to predict, each class by all its members at their shares.
     pub predicts_with: Vec<Averaged>,
     /// The noise that goes with it.
     pub noise: OdometryNoise,
@@ -116,6 +116,9 @@ pub struct StepFound {
     /// Of the runs that show it, or of all, more come nearer to where a fit to the others says than chance explains; where so
     /// few show it that chance may bring all of these nearer, all do.
     pub nears_runs: bool,
+    /// Whether it predicts other runs: it matters, and removes more than what is left unexplained. Otherwise it is in no saved
+    /// model.
+    pub used_to_predict: bool,
     /// Whether it moves them by more than the tolerance, beyond doubt, and not by chance: otherwise it is there, and not worth
     /// correcting.
     pub matters: bool,
@@ -192,6 +195,11 @@ pub enum Reason {
     },
     /// The effects of the model do nearly all that it does.
     InModel,
+    /// These runs can hardly tell it from radii and track width.
+    BlursGeometry {
+        /// By how much more uncertain these are beside it.
+        times: f64,
+    },
     /// Only one run shows it, by no more than chance gives.
     OneRunByChance {
         /// The gain, minus what chance gives.

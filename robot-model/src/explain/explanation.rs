@@ -10,7 +10,9 @@ use crate::estimation::errors::{ErrorPair, Errors, cross_validated, displacement
 use crate::estimation::fit::{Fitted, fit_parameters, fit_roughly};
 use crate::estimation::gyro::heading_turned_rad;
 use crate::estimation::tolerance::{least_size_m, tolerance_m};
-use crate::explain::answer::{Answer, Evidence, ParameterFound, Reason, Rejected, StepFound};
+use crate::explain::answer::{
+    Answer, Averaged, Evidence, ParameterFound, Reason, Rejected, StepFound,
+};
 use crate::explain::held_out;
 use crate::explain::model_averaging::{averaged, mean};
 use crate::explain::model_choice::{Choice, by_evidence, choose};
@@ -19,12 +21,14 @@ use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
 use crate::explain::progress::{Observer, Progress};
 use crate::explain::reachable_error::reachable_and_unexplained;
+use crate::explain::used_to_predict::left_out;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::run::{RecordingError, RecordingProblem};
 use crate::residuals::unexplained::counts_start_anew;
 use crate::selection::candidates::{Candidate, Screening, is_geometry};
 use crate::selection::chance::is_chance;
 use crate::selection::effect_test::OWN_SHARE_MIN;
+use crate::selection::gain::BLUR_MAX;
 use crate::selection::select::Selection;
 use crate::selection::track_gain::TrackGain;
 
@@ -59,8 +63,7 @@ pub fn explain_observed(
     mut observer: Option<Observer<'_>>,
 ) -> Result<Answer, RecordingError> {
     if campaign.runs.is_empty() {
-        let problem = RecordingProblem::NoRuns;
-        return Err(RecordingError { run: "1".to_owned(), problem });
+        return Err(RecordingError { run: "1".to_owned(), problem: RecordingProblem::NoRuns });
     }
     let (prepared, clocks) = clocks::prepare(campaign)?;
     if let Some(observer) = &mut observer {
@@ -88,27 +91,28 @@ pub fn explain_observed(
     let step_of = |index: usize, after| step(&choice, index, &parameters, (after, &gains[index]));
     let known: Vec<StepFound> = known.into_iter().map(|index| step_of(index, baseline)).collect();
     let mut steps = Vec::new();
-    for index in missing {
-        prefix.push(fitted.terms[index].clone());
-        let step = step_of(index, errors_of(&prefix));
+    for index in &missing {
+        prefix.push(fitted.terms[*index].clone());
+        let step = step_of(*index, errors_of(&prefix));
         if let Some(observer) = &mut observer {
             observer(Progress::Effect(&step));
         }
         steps.push(step);
     }
     no_more_than_there_was(&mut steps, &baseline.cross_validated, prepared.robot.track_width_m);
-    let reached = steps.iter().map(|step| step.cross_validated);
-    let reached: Vec<Errors> = core::iter::once(baseline.cross_validated).chain(reached).collect();
-    let (reachable, unexplained) = reachable_and_unexplained(&choice, &reached, catalogue);
-    let rejected = rejected(&choice, known.iter().chain(&steps));
-    let mean = mean(&choice);
+    let (reachable, unexplained) =
+        reachable_and_unexplained(&choice, &reached(&baseline, &steps), catalogue);
+    let tolerance_m = tolerance_m(prepared, &selected.noise);
+    let floor = unexplained.structure.then_some(&reachable);
+    let left_out = left_out(&choice, (&missing, &mut steps), (floor, tolerance_m));
+    let mean = mean(&choice, &left_out);
     let predicts_with = averaged(&choice, &parameters, &mean);
     let answer = Answer {
+        rejected: rejected(&choice, known.iter().chain(&steps)),
         known,
         baseline,
         steps,
-        fitted_along: choice.along.iter().map(|index| predicts_with[*index].clone()).collect(),
-        rejected,
+        fitted_along: fitted_along(&choice, &predicts_with),
         unexplained,
         next_run: next_run(prepared, fitted, classes, kept),
         held_out: held_out::errors(prepared, &before, &mean.terms, &fitted.noise),
@@ -120,7 +124,20 @@ pub fn explain_observed(
         noise: *weights,
         compared_by: choice.first_noise.of_one_pose(prepared.poses_in_one),
     };
-    Ok(answer.with_tolerance(tolerance_m(prepared, &selected.noise)))
+    Ok(answer.with_tolerance(tolerance_m))
+}
+
+/// Cross-validated errors before the first step, and after each.
+fn reached(baseline: &ErrorPair, steps: &[StepFound]) -> Vec<Errors> {
+    let after = steps.iter().map(|step| step.cross_validated);
+    core::iter::once(baseline.cross_validated).chain(after).collect()
+}
+
+/// Of a model that predicts other runs, the radii and track width that are no finding of their own.
+fn fitted_along(choice: &Choice<'_>, predicts_with: &[Averaged]) -> Vec<Averaged> {
+    let id = |index: &usize| choice.selection.fitted.terms[*index].effect.facts().id;
+    let along: Vec<&str> = choice.along.iter().map(id).collect();
+    predicts_with.iter().filter(|one| along.contains(&&*one.effect)).cloned().collect()
 }
 
 /// These terms, with the radii and track width that are fitted along if any of these is of radii or track width.
@@ -217,6 +234,7 @@ fn step(
         moves_no_track,
         nears_runs: moves_no_track || gain.nears_runs(&test.shown_by),
         matters: true,
+        used_to_predict: true,
     }
 }
 
@@ -249,6 +267,8 @@ fn reject(
         Reason::WorseKind { kind, loss: -loss }
     } else if test.own_share <= OWN_SHARE_MIN {
         Reason::InModel
+    } else if test.blurs_geometry >= BLUR_MAX {
+        Reason::BlursGeometry { times: test.blurs_geometry }
     } else if gain <= 0.0 && test.one_run_alone {
         Reason::OneRunByChance { gain }
     } else if gain <= 0.0 {

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `explanation.rs` | [`explain`]: effects found, in order of evidence, and effects rejected |
 //! | `model_choice.rs` | the choice of effects, by a noise estimate that no missing effect inflates |
+//! | `used_to_predict.rs` | which of the effects found predict other runs |
 //! | `model_averaging.rs` | what predicts other runs: each class by all its members |
 //! | `model_errors.rs` | the errors of a model |
 //! | `parameters.rs` | values and intervals |
@@ -33,6 +34,7 @@ pub(crate) mod quiet_runs;
 pub(crate) mod reachable_error;
 #[cfg(test)]
 mod tests;
+pub(crate) mod used_to_predict;
 
 pub use answer::{
     Answer, Averaged, CandidateKind, Evidence, HeldOut, NextRun, ParameterFound,

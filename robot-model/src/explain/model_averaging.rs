@@ -36,20 +36,27 @@ const MEMBERS_MAX: usize = 5;
 
 /// The model of equation (1).
 pub(super) struct Mean<'a> {
+    /// The effects of the choice that it has, by their place there.
+    used: Vec<usize>,
     /// Its terms, those of the choice first and in its order.
     pub terms: Vec<Term<'a>>,
     /// Each other member as it is alone in the place of its class.
     alone: Vec<Term<'a>>,
 }
 
-/// The mean of the models that these runs cannot tell apart.
-pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
-    let Choice { prepared, selection, classes, selected, .. } = choice;
+/// The mean of the models that these runs cannot tell apart, without some effects of the choice.
+pub(super) fn mean<'a>(choice: &Choice<'a>, left_out: &[usize]) -> Mean<'a> {
+    let Choice { prepared, selection, selected, .. } = choice;
     let weights = selected.noise;
-    let own = fit_parameters(prepared, selection.fitted.terms.clone(), weights);
+    let all = 0..selection.fitted.terms.len();
+    let used: Vec<usize> = all.filter(|index| !left_out.contains(index)).collect();
+    let terms = used.iter().map(|index| selection.fitted.terms[*index].clone()).collect();
+    let own = fit_parameters(prepared, terms, weights);
     let chosen = &own.terms;
     let (mut mean, mut alone) = (chosen.clone(), Vec::new());
-    for (index, (class, test)) in classes.iter().zip(&selection.kept).enumerate() {
+    let classes: Vec<_> = used.iter().map(|index| &choice.classes[*index]).collect();
+    for (index, class) in classes.iter().enumerate() {
+        let test = &selection.kept[used[index]];
         if is_of_umbmark(&chosen[index]) {
             continue;
         }
@@ -83,7 +90,7 @@ pub(super) fn mean<'a>(choice: &Choice<'a>) -> Mean<'a> {
             term.up_to_mps = Some(usual_mps);
         }
     }
-    Mean { terms: mean, alone }
+    Mean { used, terms: mean, alone }
 }
 
 /// Whether a term is the ratio of the radii or the track width.
@@ -162,13 +169,12 @@ pub(super) fn averaged(
     parameters: &[Vec<ParameterFound>],
     mean: &Mean<'_>,
 ) -> Vec<Averaged> {
-    let Choice { selection, classes, .. } = choice;
-    let chosen = selection.fitted.terms.len();
     let entry = |(index, term): (usize, &Term<'_>)| {
         let facts = term.effect.facts();
-        let found = parameters.get(index);
-        let in_class =
-            index >= chosen || !(classes[index].rivals.is_empty() || is_of_umbmark(term));
+        let chosen = mean.used.get(index);
+        let found = chosen.map(|place| &parameters[*place]);
+        let in_class = chosen
+            .is_none_or(|place| !(choice.classes[*place].rivals.is_empty() || is_of_umbmark(term)));
         let member = mean.alone.iter().filter(|other| other.effect.facts().id == facts.id);
         let most = member.max_by(|a, b| a.values[0].abs().total_cmp(&b.values[0].abs()));
         let parameters = facts.parameters.iter().zip(&term.values).enumerate();

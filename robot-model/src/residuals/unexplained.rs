@@ -26,7 +26,8 @@ use crate::residuals::ripple::ripple;
 use crate::residuals::uneven_runs::uneven_runs;
 use crate::residuals::whiteness::persisting;
 use crate::residuals::worth::least_move_m;
-use crate::selection::effect_test::{Hypothesis, run_scatter_in_the_mean, scatter, test_effect};
+use crate::selection::effect_test::{run_scatter_in_the_mean, scatter, test_effect};
+use crate::selection::gain::Hypothesis;
 
 use super::auxiliary_effects::{AFTER_A_TURN, AUXILIARY_EFFECTS, AuxiliaryEffect, OF_A_RUN};
 use super::expression::Expression;
@@ -271,7 +272,8 @@ fn by_own_gain<'a>(
             let model: Vec<usize> = base.iter().copied().chain(others).collect();
             let OpenRegressor { columns: asked, effect, .. } = &taken[index];
             let scatter = if taken[index].is_of_runs() { between } else { within };
-            let hypothesis = Hypothesis { model: &model, asked, effect: *effect, scatter };
+            let hypothesis =
+                Hypothesis { model: &model, asked, effect: *effect, geometry: &[], scatter };
             let test = test_effect(equations, &hypothesis);
             let counts = test.cross_validated_gain > 0.0 && test.p_value < FALSE_DISCOVERY_RATE;
             (counts, test.cross_validated_gain / test.dispersion, test.p_value)
@@ -341,7 +343,8 @@ fn findings(
         let of_runs = regressor.is_of_runs();
         let scatter = if of_runs { between } else { within };
         let (asked, effect) = (&regressor.columns, regressor.effect);
-        let test = test_effect(equations, &Hypothesis { model, asked, effect, scatter });
+        let hypothesis = Hypothesis { model, asked, effect, geometry: &[], scatter };
+        let test = test_effect(equations, &hypothesis);
         // A finding says that something is there, not what: among many runs, a few may show it.
         let p_value = if many && !of_runs { test.p_value_of_many } else { test.p_value };
         // One run alone does not tell a place from a disturbance that the run happened to have there.

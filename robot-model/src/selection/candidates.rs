@@ -15,7 +15,8 @@ use crate::recording::campaign::Prepared;
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::selection::answers::{Answers, known};
 use crate::selection::dispersion::{run_scatter, scatter};
-use crate::selection::effect_test::{EffectTest, Hypothesis, test_effect};
+use crate::selection::effect_test::{EffectTest, test_effect};
+use crate::selection::gain::Hypothesis;
 use crate::selection::track_gain::TrackGain;
 
 /// Two explanations that differ by less in -2 log likelihood cannot be told apart: three sigma.
@@ -132,6 +133,12 @@ impl<'a> Screening<'a> {
             .collect()
     }
 
+    /// The columns of radii and track width in the model.
+    fn geometry_columns(&self) -> Vec<usize> {
+        let terms = self.terms[..self.in_model].iter();
+        terms.filter(|term| is_geometry(term.effect)).flat_map(|term| term.columns()).collect()
+    }
+
     fn amplitudes(&self, index: usize) -> Vec<usize> {
         self.terms[index].amplitudes()
     }
@@ -159,7 +166,9 @@ impl<'a> Screening<'a> {
             let model = self.model_columns(&[*index]);
             let asked = self.amplitudes(*index);
             let (effect, scatter) = (self.terms[*index].effect, self.scatter);
-            let hypothesis = Hypothesis { model: &model, asked: &asked, effect, scatter };
+            let geometry = self.geometry_columns();
+            let hypothesis =
+                Hypothesis { model: &model, asked: &asked, effect, geometry: &geometry, scatter };
             test_effect(&self.equations_without(&[*index]), &hypothesis)
         })
     }
@@ -212,7 +221,9 @@ impl<'a> Screening<'a> {
         parallel::map(&best, |(index, _)| {
             let asked = self.amplitudes(*index);
             let (effect, scatter) = (self.terms[*index].effect, self.scatter);
-            let hypothesis = Hypothesis { model: &model, asked: &asked, effect, scatter };
+            let geometry = self.geometry_columns();
+            let hypothesis =
+                Hypothesis { model: &model, asked: &asked, effect, geometry: &geometry, scatter };
             (*index, test_effect(&equations, &hypothesis))
         })
     }

@@ -11,39 +11,19 @@
 //! [`crate::selection::dispersion`]: the p-value is that of gain / phi by Fisher's F, with the degrees of freedom of the
 //! runs plus those of the prior. The search over effects is in [`crate::selection::select`].
 
-use nalgebra::DVector;
-
-use crate::effect::definition::{ActsOn, Effect, Parameter, Role};
+use crate::effect::definition::{ActsOn, Parameter, Role};
 use crate::estimation::campaign_equations::CampaignEquations;
-use crate::estimation::normal_equations::{Columns, EquationsWithout, Sums};
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::numeric::parallel;
 use crate::recording::run_kind::RunKind;
+use crate::selection::by_kind::worse_kind;
 use crate::selection::dispersion::{Spread, known_from, spread};
+use crate::selection::gain::{BLUR_MAX, Hypothesis, blurs_geometry, gain_on};
 
 pub(crate) use crate::selection::dispersion::{run_scatter_in_the_mean, scatter};
 
-/// A kind of run may be predicted worse by this much in -2 log likelihood, by chance: two sigma.
-const KIND_LOSS_MAX: f64 = 4.0;
-/// A kind contradicts an effect if its gain lies this many sigmas below what the effect predicts.
-const KIND_CONTRADICTS_SIGMAS: f64 = 3.5;
-/// Runs of other kinds excite an effect if they alone determine it to within this share of its value.
-const EXCITED_SHARE: f64 = 0.5;
-
-/// An effect does not act on a kind that holds no more than this share of the information about it.
-const ACTS_SHARE: f64 = 1e-3;
-
 /// Fewer numbers than this do not tell the noise well: the ends of twenty runs are sixty.
 const FEW_NUMBERS: f64 = 500.0;
-
-/// Which columns are tested, given which.
-pub(crate) struct Hypothesis<'q> {
-    pub model: &'q [usize],
-    pub asked: &'q [usize],
-    pub effect: &'q dyn Effect,
-    /// By how much runs disagree about everything else, [`scatter`].
-    pub scatter: f64,
-}
 
 /// Below this share, an effect rests on the small difference of two large ones, which anything that
 /// is not in the model may imitate.
@@ -80,6 +60,8 @@ pub(crate) struct EffectTest {
     pub implausible: bool,
     /// The greatest share of a column's information that is its own, not the model's as well.
     pub own_share: f64,
+    /// By how much more uncertain radii and track width are beside it: the greatest ratio of standard errors.
+    pub blurs_geometry: f64,
     /// Equation (5) of [`crate::selection::dispersion`]: how many folds it touches, and how many of those it improves.
     pub touched: usize,
     pub better: usize,
@@ -92,7 +74,10 @@ pub(crate) struct EffectTest {
 impl EffectTest {
     /// Cross-validated runs get better, and the value is physical.
     pub fn is_sound(&self) -> bool {
-        self.cross_validated_gain > 0.0 && !self.implausible && self.own_share > OWN_SHARE_MIN
+        self.cross_validated_gain > 0.0
+            && !self.implausible
+            && self.own_share > OWN_SHARE_MIN
+            && self.blurs_geometry < BLUR_MAX
     }
 
     /// The same test, with a gain of at most this in place of (1).
@@ -116,58 +101,6 @@ impl EffectTest {
     /// It is sound, and no kind of run gets worse.
     pub fn passes_cross_validation(&self) -> bool {
         self.is_sound() && self.most_agree() && self.worse_kind.is_none()
-    }
-}
-
-/// Gain of an effect, fitted to some folds, on others.
-#[derive(Clone, Copy, Debug, Default)]
-struct Gain {
-    /// chi^2 without it less chi^2 with it.
-    gain: f64,
-    /// That gain if the effect were exactly as fitted: v'A v, with v the change of the fit by the effect.
-    promised: f64,
-    /// Its variance by the fit's uncertainty: v'A C A v, with C the fit's covariance.
-    unknown: f64,
-}
-
-impl Gain {
-    fn add(self, other: Self) -> Self {
-        Self {
-            gain: self.gain + other.gain,
-            promised: self.promised + other.promised,
-            unknown: self.unknown + other.unknown,
-        }
-    }
-
-    /// By how many sigma the gain differs from the predicted one: if the effect is there, the gain is
-    /// promised +- 2 sqrt(promised + unknown).
-    fn kept_promise_sigmas(&self) -> f64 {
-        (self.gain - self.promised) / (2.0 * (self.promised + self.unknown).sqrt())
-    }
-}
-
-/// The gain on some folds of the effect fitted to others.
-fn gain_on(
-    equations: &CampaignEquations,
-    hypothesis: &Hypothesis<'_>,
-    fitted_to: &impl Sums,
-    on: &impl Sums,
-) -> Gain {
-    let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
-    let without = equations.best(fitted_to, hypothesis.model);
-    let solution = equations.solve(fitted_to, &both);
-    let gain = on.chi_squared(hypothesis.model, &without) - on.chi_squared(&both, &solution.delta);
-    let mut difference = solution.delta;
-    for (i, value) in without.iter().enumerate() {
-        difference[i] -= value;
-    }
-    let pull = DVector::from_fn(both.len(), |i, _| {
-        both.iter().zip(&difference).map(|(j, d)| on.gram(both[i], *j) * d).sum()
-    });
-    Gain {
-        gain,
-        promised: difference.dot(&pull),
-        unknown: (pull.transpose() * &solution.covariance * &pull)[0],
     }
 }
 
@@ -250,6 +183,11 @@ fn test_amplitudes(
         has_shape: own > hypothesis.asked.len(),
         moves_no_track: hypothesis.effect.facts().acts_on == ActsOn::Gyro,
         own_share,
+        blurs_geometry: blurs_geometry(
+            equations,
+            hypothesis,
+            (&equations.total, &solution.covariance),
+        ),
         touched,
         better,
         shown_by,
@@ -263,76 +201,4 @@ fn test_amplitudes(
 /// Probability by chance of at least this gain by so many parameters, over a dispersion of so many degrees of freedom.
 fn probability(own: usize, known_from: Option<f64>, gain: f64) -> f64 {
     known_from.map_or_else(|| chi_squared(own, gain), |degrees| fisher(own, degrees, gain))
-}
-
-/// The kind of run that an effect fitted to the other kinds makes worst, if there is one.
-///
-/// Where the other kinds do not excite the effect, half of the kind's own folds join them. A kind on which it does not act
-/// says nothing about it: there only the geometry fitted with it differs, and kinds disagree about that whenever anything
-/// else is missing.
-fn worse_kind(
-    equations: &CampaignEquations,
-    hypothesis: &Hypothesis<'_>,
-    values: &[f64],
-    dispersion: f64,
-) -> Option<(RunKind, f64)> {
-    let mut kinds: Vec<RunKind> = equations.folds.iter().map(|fold| fold.kind).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    let both: Vec<usize> = hypothesis.model.iter().chain(hypothesis.asked).copied().collect();
-    let first = hypothesis.model.len();
-    let on_all: f64 =
-        hypothesis.asked.iter().map(|column| equations.total.gram[(*column, *column)]).sum();
-    let mut worst = None;
-    for kind in kinds {
-        let left_out: Vec<usize> = equations
-            .folds
-            .iter()
-            .enumerate()
-            .filter(|(_, fold)| fold.kind == kind)
-            .map(|(index, _)| index)
-            .collect();
-        let on_kind: f64 = left_out
-            .iter()
-            .flat_map(|fold| {
-                let gram = &equations.folds[*fold].sums.gram;
-                hypothesis.asked.iter().map(|column| gram[(*column, *column)])
-            })
-            .sum();
-        if on_kind <= ACTS_SHARE * on_all {
-            continue;
-        }
-        let score = |left_out: &[usize]| {
-            let rest = Columns::of(&equations.without(left_out.iter().copied()), &both);
-            let on = EquationsWithout::new(&equations.total, vec![&rest]);
-            let covariance = equations.solve(&rest, &both).covariance;
-            let excited = values.iter().enumerate().any(|(j, value)| {
-                covariance[(first + j, first + j)].sqrt() < EXCITED_SHARE * value.abs()
-            });
-            let gain = gain_on(equations, hypothesis, &rest, &on);
-            let share = Gain {
-                gain: gain.gain / dispersion,
-                promised: gain.promised / dispersion,
-                unknown: gain.unknown / dispersion,
-            };
-            (excited, share)
-        };
-        let (excited, mut gain) = score(&left_out);
-        if !excited {
-            let half = |parity: usize| {
-                let position = left_out.iter().enumerate();
-                let part: Vec<usize> =
-                    position.filter(|(i, _)| i % 2 == parity).map(|(_, index)| *index).collect();
-                score(&part).1
-            };
-            gain = half(0).add(half(1));
-        }
-        let sigmas = gain.kept_promise_sigmas();
-        let gain = gain.gain;
-        let contradicts = gain < -KIND_LOSS_MAX && sigmas < -KIND_CONTRADICTS_SIGMAS;
-        if contradicts && worst.is_none_or(|(_, least)| gain < least) {
-            worst = Some((kind, gain));
-        }
-    }
-    worst
 }

@@ -4,4 +4,5 @@ mod averaged;
 mod explanation;
 mod held_out;
 mod suggestions;
+mod used_to_predict;
 mod without_noise;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::effect::catalogue::{CATALOGUE, find};
-use crate::tests::synthetic::{campaign, part_of_plan, term};
+use crate::recording::nominal_run::Piece;
+use crate::tests::synthetic::{campaign, full_plan, part_of_plan, term};
 
 fn named(selection: &Selection<'_>) -> Vec<String> {
     ids(&selection.fitted.terms)
@@ -25,5 +26,31 @@ fn a_wrong_track_width_comes_before_what_looks_like_one() {
     for seed in 0..3 {
         assert_eq!(chosen(&["spin", "repeat"], seed), Some(geometry.to_vec()), "seed {seed}");
         assert_eq!(chosen(&["spin", "repeat", "arc"], seed), None, "seed {seed}");
+    }
+}
+
+#[test]
+fn an_effect_that_runs_hardly_tell_from_radii_and_track_width_is_refused() {
+    // Forwards in one heading, a drift along it is a radius; turns on the spot and straight runs tell no scrub from a track
+    // width.
+    let ahead = |k: usize| {
+        let speed_mps = [0.07, 0.12][k % 2];
+        (format!("straight_{k}"), 0.0, vec![Piece::Straight { travel_m: 1.5, speed_mps }])
+    };
+    let mut runs: Vec<_> = (0..6).map(ahead).collect();
+    runs.extend(part_of_plan(&["spin"]));
+    let blur = |plan: &[(String, f64, Vec<Piece>)], id: &str| {
+        let prepared = campaign(plan, &[], 1).prepare().unwrap();
+        let fitted = fit_roughly(&prepared, geometry(&CATALOGUE));
+        let screening = Screening::new(&prepared, &fitted, &CATALOGUE);
+        let found = screening.candidates().into_iter().find(|one| one.id() == id).unwrap();
+        let test = EffectTest { cross_validated_gain: 100.0, own_share: 0.5, ..found.test };
+        (test.blurs_geometry, EffectTest { implausible: false, ..test }.is_sound())
+    };
+    for id in ["scrub", "carpet_drift"] {
+        let (times, sound) = blur(&runs, id);
+        assert!(times > 10.0 && !sound, "{id}: {times}");
+        let (times, sound) = blur(&full_plan(), id);
+        assert!(times < 3.0 && sound, "{id}: {times}");
     }
 }

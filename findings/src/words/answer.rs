@@ -213,6 +213,9 @@ pub fn driven_again(unexplained: &Unexplained) -> Option<String> {
         (DrivenAgain::Differ, _) => {
             Some("Runs that were driven again differ by as much: that is noise.".to_owned())
         }
+        (DrivenAgain::TooFew, Some(_)) if unexplained.structure => {
+            Some("Drive one of these runs twice more: what comes back is no noise.".to_owned())
+        }
         (DrivenAgain::TooFew, Some(turn_rad)) => Some(format!(
             "The robot turns at random by {:.0} mrad in a metre, which is much for noise: drive one of these runs twice more. What \
              comes back is no noise.",
@@ -266,6 +269,21 @@ mod tests {
         assert_eq!(
             step(6e-5, 5.5e-5),
             "it removes 0.06 mm of the error of these runs: too little to matter"
+        );
+    }
+
+    #[test]
+    fn an_effect_that_predicts_nothing_says_why() {
+        let step = crate::empty_answer::step_of(&["backlash"]);
+        let step = StepFound { effect_size_m: 5e-4, matters: true, used_to_predict: false, ..step };
+        assert_eq!(
+            worth(&step),
+            "it removes 0.50 mm of the error of these runs, less than is left unexplained: it may be something else, so a saved \
+             model goes without it"
+        );
+        assert_eq!(
+            reason(&Reason::BlursGeometry { times: 50.3 }),
+            "these runs do not tell it from radii and track width: beside it, those are 50 times as uncertain"
         );
     }
 

@@ -18,7 +18,7 @@
 
 use robot_model::effect::{ActsOn, FirmwareTerm, find};
 use robot_model::explain::model::Model;
-use robot_model::explain::{Answer, ParameterFound};
+use robot_model::explain::{Answer, ParameterFound, StepFound};
 use shared_proto::{Config, GeometryConfig, OdometryConfig};
 
 use crate::campaign_recorder::samples::robot_file;
@@ -38,6 +38,8 @@ pub struct Estimate {
     pub parameters: Vec<ParameterFound>,
     /// The value by which the robot compensates this effect, where the runs do not confirm it.
     pub unconfirmed: Option<f64>,
+    /// Whether it predicts other runs. What does not may be something else.
+    pub used_to_predict: bool,
 }
 
 impl Estimate {
@@ -56,6 +58,8 @@ pub enum Remedy {
     Unsure,
     /// The value in use stays: the runs confirm neither that nor another one.
     Stays,
+    /// It removes less than is left unexplained, so it may be something else.
+    Small,
     /// The campaign does not say whether it is this or one of these.
     Ambiguous(Vec<String>),
     /// The effect is one of the measurement: nothing is wrong with the robot.
@@ -78,13 +82,18 @@ pub struct Change {
 }
 
 /// The effects that a campaign's explanation names: those that the robot compensates already at their new
-/// values, and the missing ones.
+/// values, and the missing ones. Their values are those of the model that predicts other runs.
 pub fn estimates(answer: &Answer) -> Vec<Estimate> {
-    let step = |step: &robot_model::explain::StepFound| Estimate {
-        effect: step.effect.clone(),
-        class: step.class.clone(),
-        parameters: step.parameters.clone(),
-        unconfirmed: None,
+    let step = |step: &StepFound| {
+        let alone = step.class.len() == 1;
+        let predicts = answer.predicts_with.iter().find(|one| alone && one.effect == step.effect);
+        Estimate {
+            effect: step.effect.clone(),
+            class: step.class.clone(),
+            parameters: predicts.map_or(&step.parameters, |one| &one.parameters).clone(),
+            unconfirmed: None,
+            used_to_predict: step.used_to_predict,
+        }
     };
     answer.known.iter().chain(&answer.steps).map(step).collect()
 }
@@ -95,7 +104,8 @@ pub fn unconfirmed(entry: &EffectEntry, fitted: &Model) -> Option<Estimate> {
     let parameters =
         fitted.effects.iter().find(|fitted| fitted.effect == effect)?.parameters.clone();
     let unconfirmed = entry.parameters.first().map(|parameter| parameter.value);
-    Some(Estimate { class: vec![effect.clone()], effect, parameters, unconfirmed })
+    let class = vec![effect.clone()];
+    Some(Estimate { class, effect, parameters, unconfirmed, used_to_predict: true })
 }
 
 /// The effects of a campaign's model: whoever put one in has decided that it is this one.
@@ -107,6 +117,7 @@ pub fn chosen(model: &ModelFile) -> Vec<Estimate> {
             effect,
             parameters: entry.parameters.clone(),
             unconfirmed: None,
+            used_to_predict: true,
         }
     };
     model.effects.iter().map(entry).collect()
@@ -220,6 +231,9 @@ fn remedy(found: &Estimate) -> Remedy {
         Some(in_use) if holds(in_use) => return Remedy::Stays,
         None if holds(0.0) => return Remedy::Unsure,
         _ => {}
+    }
+    if !found.used_to_predict {
+        return Remedy::Small;
     }
     if found.class.len() > 1 {
         let others = found.class.iter().filter(|other| **other != found.effect);

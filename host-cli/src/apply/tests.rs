@@ -1,5 +1,8 @@
 //! What goes into a configuration, and what does not.
 
+use findings::empty_answer::{nothing_found, step_of};
+use robot_model::explain::Averaged;
+
 use super::*;
 
 fn nominal(config: &Config) -> RobotFile {
@@ -16,7 +19,33 @@ fn effect(id: &str, value: f64, class: &[&str]) -> Estimate {
         high95: value + 2e-4,
     };
     let class = class.iter().map(|id| (*id).to_owned()).collect();
-    Estimate { effect: id.into(), class, parameters: vec![parameter], unconfirmed: None }
+    let (effect, parameters) = (id.into(), vec![parameter]);
+    Estimate { effect, class, parameters, unconfirmed: None, used_to_predict: true }
+}
+
+#[test]
+fn what_may_be_something_else_is_not_written() {
+    let pull = effect("heading_pull", 0.008, &["heading_pull"]);
+    assert_eq!(remedy(&pull), Remedy::Compensated);
+    assert_eq!(remedy(&Estimate { used_to_predict: false, ..pull }), Remedy::Small);
+}
+
+#[test]
+fn values_are_those_that_predict_other_runs() {
+    let of = |id: &str, value: f64| effect(id, value, &[id]).parameters;
+    let step = |id: &str| StepFound { parameters: of(id, 0.011), ..step_of(&[id]) };
+    let predicts = Averaged {
+        effect: "track_width".to_owned(),
+        parameters: of("track_width", 0.007),
+        up_to_mps: None,
+    };
+    // Gear backlash, which predicts nothing, had bent the track width.
+    let mut backlash = step("backlash");
+    backlash.used_to_predict = false;
+    let steps = vec![step("track_width"), backlash];
+    let answer = Answer { steps, predicts_with: vec![predicts], ..nothing_found() };
+    let found: Vec<f64> = estimates(&answer).iter().map(|one| one.parameters[0].value).collect();
+    assert_eq!(found, [0.007, 0.011]);
 }
 
 #[test]

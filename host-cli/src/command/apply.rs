@@ -231,6 +231,9 @@ fn table(change: &Change) -> String {
             Remedy::Stays => {
                 "the value in use stays: these runs confirm neither it nor another value".to_owned()
             }
+            Remedy::Small => {
+                "not written: it removes less than is left unexplained, so it may be something else".to_owned()
+            }
             Remedy::Ambiguous(others) => format!(
                 "not written: these runs cannot tell it from {}; `explain` suggests a run that can, if there is one",
                 others.join(", ")
@@ -258,6 +261,7 @@ fn finish(common: &Common, change: &Change, written: bool) {
                 Remedy::Compensated => ("compensated", json!(null)),
                 Remedy::Unsure => ("unsure", json!(null)),
                 Remedy::Stays => ("stays", json!(null)),
+                Remedy::Small => ("small", json!(null)),
                 Remedy::Ambiguous(others) => ("ambiguous", json!(others)),
                 Remedy::Measurement => ("measurement", json!(null)),
                 Remedy::Uncompensated(what) => ("uncompensated", json!(what)),

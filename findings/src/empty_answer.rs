@@ -21,6 +21,7 @@ pub fn nothing_found() -> Answer {
         alternative_fit: None,
         tolerance_m: 1e-4,
         predicts_with: Vec::new(),
+        predicts_by: ErrorPair { fitted: Errors::default(), cross_validated: Errors::default() },
         noise: OdometryNoise::TYPICAL,
         compared_by: OdometryNoise::TYPICAL,
     }

@@ -69,6 +69,8 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     };
     let (matter, slight): (Vec<&StepFound>, Vec<&StepFound>) =
         answer.steps.iter().partition(|step| step.matters);
+    let (matter, unsure): (Vec<&StepFound>, Vec<&StepFound>) =
+        matter.into_iter().partition(|step| step.used_to_predict);
     let may_be_chance =
         |step: &&StepFound| !step.nears_runs && step.effect_size_m > answer.tolerance_m;
     let (chance, small): (Vec<&StepFound>, Vec<&StepFound>) =
@@ -119,7 +121,8 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     };
     let first = wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m);
     let small = too_small_to_matter(&small, answer, asked);
-    [first, Some(found), small, no_more_than_chance(&chance, asked)]
+    let unsure = smaller_than_the_rest(&unsure, asked);
+    [first, Some(found), unsure, small, no_more_than_chance(&chance, asked)]
         .into_iter()
         .flatten()
         .collect::<Vec<_>>()
@@ -176,6 +179,23 @@ fn too_small_to_matter(
         _ => Some(format!(
             "{} effects are present, but together move the robot by {moves}: {}.",
             number_word(slight.len()),
+            names.join("; ")
+        )),
+    }
+}
+
+/// What removes less than is left unexplained.
+fn smaller_than_the_rest(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String> {
+    let names: Vec<String> = steps.iter().map(|step| effect_names(step, asked)).collect();
+    match steps {
+        [] => None,
+        [_] => Some(format!(
+            "One effect removes less than is left unexplained, and may be something else: {}.",
+            names[0]
+        )),
+        _ => Some(format!(
+            "{} effects remove less than is left unexplained, and may be something else: {}.",
+            number_word(steps.len()),
             names.join("; ")
         )),
     }
@@ -264,128 +284,4 @@ pub fn on_held_out(held_out: &HeldOut) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use robot_model::estimation::ErrorPair;
-
-    use super::*;
-    use crate::empty_answer::{nothing_found, step_of};
-
-    fn errors(mm: f64, mrad: f64) -> Errors {
-        Errors { position_rms_m: mm * 1e-3, heading_rms_rad: mrad * 1e-3, chi: 1.0 }
-    }
-
-    fn answer(class: &[&str], from: Errors, to: Errors) -> Answer {
-        let step = StepFound { fitted: to, cross_validated: to, ..step_of(class) };
-        Answer {
-            baseline: ErrorPair { fitted: from, cross_validated: from },
-            steps: vec![step],
-            ..nothing_found()
-        }
-    }
-
-    fn said(runs: usize, from: Errors, to: Errors) -> String {
-        let context = Asked { runs, catalogue: &[], nominal_m: [0.036, 0.372] };
-        headline(&answer(&["gyro_bias"], from, to), &context)
-    }
-
-    #[test]
-    fn what_the_error_does_is_said_as_it_is() {
-        for (runs, from, to, expected) in [
-            (
-                5,
-                errors(25.8, 61.2),
-                errors(5.0, 9.0),
-                "the cross-validated error falls from 25.8 mm, 61.2",
-            ),
-            (
-                5,
-                errors(25.8, 61.2),
-                errors(25.8, 61.2),
-                "cross-validated error stays at 25.8 mm, 61.2 mrad.",
-            ),
-            (
-                5,
-                errors(25.81, 61.2),
-                errors(25.79, 61.2),
-                "cross-validated error stays at 25.8 mm, 61.2 mrad.",
-            ),
-            (5, errors(5.0, 9.0), errors(5.5, 9.0), "rises from 5.0 mm, 9.0 mrad to 5.5 mm"),
-            (5, errors(5.0, 9.0), errors(4.5, 9.1), "changes from 5.0 mm, 9.0 mrad to 4.5 mm"),
-            (
-                1,
-                errors(5.0, 9.0),
-                errors(4.5, 8.0),
-                "the error on the fitted run falls from 5.0 mm",
-            ),
-        ] {
-            let headline = said(runs, from, to);
-            assert!(headline.contains(expected), "{headline}\n  does not say: {expected}");
-        }
-    }
-
-    #[test]
-    fn what_does_not_matter_is_said_to_be_there_and_how_little_it_moves() {
-        let here = errors(1.5, 2.0);
-        let found = answer(&["marker_offset"], here, here).with_tolerance(0.02);
-        let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
-        assert_eq!(
-            headline(&found, &context),
-            "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is present, but \
-             moves the robot by less than 20 mm: marker_offset."
-        );
-    }
-
-    #[test]
-    fn what_may_be_chance_is_not_said_to_be_small() {
-        let mut found = answer(&["marker_offset"], errors(83.2, 2.0), errors(28.8, 2.0));
-        found.steps[0].matters = false;
-        found.steps[0].nears_runs = false;
-        found.steps[0].effect_size_m = 0.0194;
-        let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
-        assert_eq!(
-            headline(&found, &context),
-            "Nothing beyond chance is missing: the residuals of these 5 runs are noise. One effect may be present, but the \
-             19.4 mm that it removes may be chance: marker_offset."
-        );
-    }
-
-    #[test]
-    fn a_number_of_robot_toml_that_is_far_off_is_the_first_thing_said() {
-        let mut found = answer(&["wheel_radius_scale"], errors(50.0, 2.0), errors(1.5, 2.0));
-        found.steps[0].parameters = vec![robot_model::explain::ParameterFound {
-            name: "s".into(),
-            unit: "1".into(),
-            value: 0.05,
-            sigma: 1e-4,
-            low95: 0.0498,
-            high95: 0.0502,
-        }];
-        let context = Asked {
-            runs: 5,
-            catalogue: &robot_model::effect::CATALOGUE,
-            nominal_m: [0.034, 0.372],
-        };
-        let said = headline(&found, &context);
-        assert!(said.starts_with("Set wheel_radius_m = 0.0357 (now 0.0340)"), "{said}");
-        // As when another effect cancels it: nothing to write down.
-        found.steps[0].matters = false;
-        let said = headline(&found, &context);
-        assert!(said.starts_with("Nothing that matters is missing"), "{said}");
-    }
-
-    #[test]
-    fn outliers_of_the_poses_alone_are_not_the_robots() {
-        use robot_model::residuals::Regressor;
-        let mut found = nothing_found();
-        found.unexplained.structure = true;
-        found.unexplained.outliers = true;
-        found.unexplained.depends_on = vec![Regressor::TimeInRun];
-        let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
-        let said = headline(&found, &context);
-        assert!(said.starts_with("Nothing is missing from the robot's model, but"), "{said}");
-        // Beside anything else they explain nothing away.
-        found.unexplained.depends_on.push(Regressor::Speed);
-        let said = headline(&found, &context);
-        assert!(said.starts_with("No known effect explains these 5 runs"), "{said}");
-    }
-}
+mod tests;

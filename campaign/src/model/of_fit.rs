@@ -1,6 +1,5 @@
 //! What a fit found, as a model.
 
-use robot_model::estimation::ErrorPair;
 use robot_model::explain::model::Model;
 use robot_model::explain::{Answer, Averaged};
 
@@ -14,14 +13,15 @@ impl ModelFile {
             let (parameters, up_to_mps) = (found.parameters.clone(), found.up_to_mps);
             Some(EffectEntry { parameters, up_to_mps, ..entry })
         };
-        let errors = answer.steps.last().map_or(answer.baseline, |step| ErrorPair {
-            fitted: step.fitted,
-            cross_validated: step.cross_validated,
-        });
         Self {
             customs: self.customs.clone(),
             effects: answer.predicts_with.iter().filter_map(entry).collect(),
-            fit: Some(FitEntry { runs, nominal: answer.baseline, errors, noise: answer.noise }),
+            fit: Some(FitEntry {
+                runs,
+                nominal: answer.baseline,
+                errors: answer.predicts_by,
+                noise: answer.noise,
+            }),
         }
     }
 

@@ -122,7 +122,10 @@ pub fn reason(reason: &Reason) -> String {
             "radii and track width alone predict runs better than with it".to_owned()
         }
         Reason::DoesNotHold { p_value } => {
-            format!("not significant beside the effects found ({})", p_words(*p_value))
+            format!(
+                "beside the effects found, it or one of these fails its test ({})",
+                p_words(*p_value)
+            )
         }
     }
 }
@@ -210,6 +213,8 @@ pub fn driven_again(unexplained: &Unexplained) -> Option<String> {
             "{:.1} mm of the position error come back when a run is driven again: that is no noise.",
             1e3 * m
         )),
+        // Some runs are off, or poses err as no robot does: that may well differ.
+        (DrivenAgain::Differ, _) if unexplained.structure => None,
         (DrivenAgain::Differ, _) => {
             Some("Runs that were driven again differ by as much: that is noise.".to_owned())
         }

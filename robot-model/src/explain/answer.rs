@@ -42,6 +42,8 @@ pub struct Answer {
     pub tolerance_m: f64,
     /// The model that predicts other runs: all steps that are used to predict, each class by all its members at their shares.
     pub predicts_with: Vec<Averaged>,
+    /// Its errors on these runs.
+    pub predicts_by: ErrorPair,
     /// The noise that goes with it.
     pub noise: OdometryNoise,
     /// The noise that [`crate::compare::Comparer::new`] estimates with these effects: it needs no fit of its own. (Of more than
@@ -122,6 +124,13 @@ pub struct StepFound {
     /// Whether it moves them by more than the tolerance, beyond doubt, and not by chance: otherwise it is there, and not worth
     /// correcting.
     pub matters: bool,
+}
+
+impl StepFound {
+    /// The errors of a model of it and all before it.
+    pub(crate) fn errors(&self) -> ErrorPair {
+        ErrorPair { fitted: self.fitted, cross_validated: self.cross_validated }
+    }
 }
 
 /// Why an effect is accepted.

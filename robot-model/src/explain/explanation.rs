@@ -14,7 +14,7 @@ use crate::explain::answer::{
     Answer, Averaged, Evidence, ParameterFound, Reason, Rejected, StepFound,
 };
 use crate::explain::held_out;
-use crate::explain::model_averaging::{averaged, mean};
+use crate::explain::model_averaging::{averaged, mean, tell_values};
 use crate::explain::model_choice::{Choice, by_evidence, choose};
 use crate::explain::model_errors::{errors, errors_as_fitted};
 use crate::explain::next_run::next_run;
@@ -73,27 +73,19 @@ pub fn explain_observed(
     let choice = choose(prepared, catalogue, in_model);
     let Choice { prepared, selection, classes, weights, selected, .. } = &choice;
     let Selection { fitted, kept, screening, .. } = selection;
-    let is_known = |index: &usize| {
-        let rivals = classes[*index].rivals.iter().map(Candidate::id);
-        let own = fitted.terms[*index].effect.facts().id;
-        core::iter::once(own).chain(rivals).any(|id| in_model.contains(&id))
-    };
-    let found =
-        by_evidence(prepared, screening, kept).into_iter().filter(|i| !choice.along.contains(i));
-    let (known, missing): (Vec<usize>, Vec<usize>) = found.partition(is_known);
+    let (known, missing) = known_and_missing(&choice, in_model);
     let gains = screening.track_gains(prepared);
-    let mut prefix: Vec<Term<'_>> =
-        known.iter().map(|index| fitted.terms[*index].clone()).collect();
+    let mut prefix: Vec<Term<'_>> = known.iter().map(|i| fitted.terms[*i].clone()).collect();
     let errors_of = |prefix: &[Term<'_>]| errors(prepared, weights, &with_along(&choice, prefix));
     let baseline = errors_of(&prefix);
     let before = fit_parameters(prepared, with_along(&choice, &prefix), *weights).terms;
     let parameters = parameters(prepared, fitted, kept);
     let step_of = |index: usize, after| step(&choice, index, &parameters, (after, &gains[index]));
-    let known: Vec<StepFound> = known.into_iter().map(|index| step_of(index, baseline)).collect();
+    let mut known: Vec<StepFound> = known.into_iter().map(|i| step_of(i, baseline)).collect();
     let mut steps = Vec::new();
-    for index in &missing {
-        prefix.push(fitted.terms[*index].clone());
-        let step = step_of(*index, errors_of(&prefix));
+    for index in missing.iter().copied() {
+        prefix.push(fitted.terms[index].clone());
+        let step = step_of(index, errors_of(&prefix));
         if let Some(observer) = &mut observer {
             observer(Progress::Effect(&step));
         }
@@ -107,6 +99,12 @@ pub fn explain_observed(
     let left_out = left_out(&choice, (&missing, &mut steps), (floor, tolerance_m));
     let mean = mean(&choice, &left_out);
     let predicts_with = averaged(&choice, &parameters, &mean);
+    let of_all = steps.last().map_or(baseline, StepFound::errors);
+    let predicts_by =
+        if left_out.is_empty() { of_all } else { errors(prepared, weights, mean.of_choice()) };
+    if !left_out.is_empty() {
+        tell_values(&choice, &predicts_with, known.iter_mut().chain(&mut steps));
+    }
     let answer = Answer {
         rejected: rejected(&choice, known.iter().chain(&steps)),
         known,
@@ -121,10 +119,23 @@ pub fn explain_observed(
         clocks,
         tolerance_m: 0.0,
         predicts_with,
+        predicts_by,
         noise: *weights,
         compared_by: choice.first_noise.of_one_pose(prepared.poses_in_one),
     };
     Ok(answer.with_tolerance(tolerance_m))
+}
+
+/// The effects found, in order of evidence: those that the user's model has, and the others.
+fn known_and_missing(choice: &Choice<'_>, in_model: &[&str]) -> (Vec<usize>, Vec<usize>) {
+    let Choice { prepared, selection, classes, .. } = choice;
+    let is_known = |index: &usize| {
+        let rivals = classes[*index].rivals.iter().map(Candidate::id);
+        let own = selection.fitted.terms[*index].effect.facts().id;
+        core::iter::once(own).chain(rivals).any(|id| in_model.contains(&id))
+    };
+    let found = by_evidence(prepared, &selection.screening, &selection.kept).into_iter();
+    found.filter(|index| !choice.along.contains(index)).partition(is_known)
 }
 
 /// Cross-validated errors before the first step, and after each.

@@ -25,7 +25,7 @@
 use crate::effect::composition::Term;
 use crate::effect::definition::{FirmwareTerm, Group, Role};
 use crate::estimation::fit::{Fitted, fit_parameters};
-use crate::explain::answer::{Averaged, ParameterFound};
+use crate::explain::answer::{Averaged, ParameterFound, StepFound};
 use crate::explain::model_choice::Choice;
 use crate::numeric::distributions::SIGMAS_95;
 use crate::recording::campaign::Prepared;
@@ -42,6 +42,13 @@ pub(super) struct Mean<'a> {
     pub terms: Vec<Term<'a>>,
     /// Each other member as it is alone in the place of its class.
     alone: Vec<Term<'a>>,
+}
+
+impl<'a> Mean<'a> {
+    /// Its terms that are of the choice.
+    pub fn of_choice(&self) -> &[Term<'a>] {
+        &self.terms[..self.used.len()]
+    }
 }
 
 /// The mean of the models that these runs cannot tell apart, without some effects of the choice.
@@ -200,6 +207,24 @@ pub(super) fn averaged(
         Averaged { effect, parameters: parameters.collect(), up_to_mps }
     };
     mean.terms.iter().enumerate().map(entry).collect()
+}
+
+/// Gives steps the values that predict other runs, where these are no shares of a class: the steps were fitted beside effects
+/// that predict nothing, and may be bent by them.
+pub(super) fn tell_values<'s>(
+    choice: &Choice<'_>,
+    predicts_with: &[Averaged],
+    steps: impl Iterator<Item = &'s mut StepFound>,
+) {
+    for step in steps {
+        let is_own = |term: &&Term<'_>| term.effect.facts().id == step.effect;
+        let of_umbmark =
+            choice.selection.fitted.terms.iter().find(is_own).is_some_and(is_of_umbmark);
+        let predicts = predicts_with.iter().find(|one| one.effect == step.effect);
+        if let Some(one) = predicts.filter(|_| of_umbmark || step.class.len() == 1) {
+            step.parameters.clone_from(&one.parameters);
+        }
+    }
 }
 
 #[cfg(test)]

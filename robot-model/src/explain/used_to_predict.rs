@@ -2,13 +2,14 @@
 //!
 //! What an effect does in these runs it does in others only if it is what it seems to be. Where a model leaves more unexplained
 //! than the effect removes, the effect may be an imitation of a part of that, and other motions call for another one. So effects
-//! predict that remove more than is left over the error floor:
+//! predict that certainly remove more than is left over the error floor:
 //!
 //! ```text
-//! D(without it) - D(with it) > max(D(with it) - D(floor), tolerance^2)                    (1)
+//! c^2 (D(without it) - D(with it)) > max(D(with it) - D(floor), tolerance^2)              (1)
 //! ```
 //!
-//! with D the mean squared displacement of the wheels in tracks of runs that nothing was fitted to. The weakest effect goes first,
+//! with D the mean squared displacement of the wheels in tracks of runs that nothing was fitted to, and c the share of its value
+//! that is certain ([`crate::estimation::tolerance`]). The weakest effect goes first,
 //! and what the others remove is then computed anew: two that can stand in for each other do not both go.
 //!
 //! Radii and track width predict always: every robot has them. So do the effects of the user's own model, and those of a
@@ -42,15 +43,15 @@ pub(super) fn left_out(
     let floor_m2 = floor.map(|floor| displacement_m(floor, prepared.robot.track_width_m).powi(2));
     let mut with_m2 = square_m2(&left_out);
     loop {
-        let without = |(place, (index, _)): (usize, &(&usize, &StepFound))| {
-            (place, square_m2(&[&left_out[..], &[**index]].concat()))
+        let without = |(place, (index, step)): (usize, &(&usize, &StepFound))| {
+            let without_m2 = square_m2(&[&left_out[..], &[**index]].concat());
+            let certain = (step.least_size_m / step.effect_size_m).powi(2);
+            (place, without_m2, certain * (without_m2 - with_m2))
         };
-        let weakest = matter.iter().enumerate().map(without).min_by(|a, b| a.1.total_cmp(&b.1));
+        let weakest = matter.iter().enumerate().map(without).min_by(|a, b| a.2.total_cmp(&b.2));
         let over_m2 = floor_m2.map_or(0.0, |floor_m2| with_m2 - floor_m2);
         let least_m2 = over_m2.max(tolerance_m * tolerance_m);
-        let Some((place, without_m2)) = weakest.filter(|of| of.1 - with_m2 < least_m2) else {
-            break;
-        };
+        let Some((place, without_m2, _)) = weakest.filter(|of| of.2 < least_m2) else { break };
         left_out.push(*matter.remove(place).0);
         with_m2 = without_m2;
     }

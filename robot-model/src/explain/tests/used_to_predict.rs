@@ -41,6 +41,19 @@ fn an_effect_smaller_than_what_is_left_unexplained_is_named_and_predicts_nothing
 }
 
 #[test]
+fn what_is_told_of_radii_and_track_width_is_what_predicts() {
+    let waves = answer(true, 2);
+    assert!(waves.steps.iter().any(|step| !step.used_to_predict));
+    let told = waves.steps.iter().find(|step| step.effect == "track_width").unwrap();
+    let predicts = waves.predicts_with.iter().find(|one| one.effect == "track_width").unwrap();
+    assert_eq!(told.parameters, predicts.parameters);
+    // The errors are those of that model, not of the one with a marker offset.
+    let own_m = waves.predicts_by.cross_validated.position_rms_m;
+    let all_m = waves.steps.last().unwrap().cross_validated.position_rms_m;
+    assert!((own_m - all_m).abs() > 1e-6 && own_m < 1.1 * all_m, "{own_m} {all_m}");
+}
+
+#[test]
 fn radii_and_track_width_predict_whatever_is_left_unexplained() {
     let waves = answer(true, 2);
     let of_geometry = ["wheel_radius_scale", "wheel_radius_ratio", "track_width"];

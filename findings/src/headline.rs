@@ -70,7 +70,7 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     let (matter, slight): (Vec<&StepFound>, Vec<&StepFound>) =
         answer.steps.iter().partition(|step| step.matters);
     let (matter, unsure): (Vec<&StepFound>, Vec<&StepFound>) =
-        matter.into_iter().partition(|step| step.used_to_predict);
+        matter.into_iter().partition(|step| step.is_missing());
     let may_be_chance =
         |step: &&StepFound| !step.nears_runs && step.effect_size_m > answer.tolerance_m;
     let (chance, small): (Vec<&StepFound>, Vec<&StepFound>) =
@@ -161,63 +161,48 @@ pub fn wrong_in_robot_toml(
     (!wrong.is_empty()).then(|| format!("Set {} in robot.toml.", words::listed(&wrong)))
 }
 
-/// What is there and too small to matter.
-fn too_small_to_matter(
-    slight: &[&StepFound],
-    answer: &Answer,
+/// `One effect is slight: side_slip.`, or the same of several; nothing of none.
+fn effects_that(
+    steps: &[&StepFound],
     asked: &Asked<'_>,
+    [one, several]: [&str; 2],
 ) -> Option<String> {
-    let together_m = slight.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt();
-    let least_m = together_m.max(answer.tolerance_m);
-    let names: Vec<String> = slight.iter().map(|step| effect_names(step, asked)).collect();
-    let moves = format!("less than {} mm", at_least(1e3 * least_m));
-    match slight {
+    let names: Vec<String> = steps.iter().map(|step| effect_names(step, asked)).collect();
+    let (number, names) = (number_word(steps.len()), names.join("; "));
+    match steps {
         [] => None,
-        [_] => {
-            Some(format!("One effect is present, but moves the robot by {moves}: {}.", names[0]))
-        }
-        _ => Some(format!(
-            "{} effects are present, but together move the robot by {moves}: {}.",
-            number_word(slight.len()),
-            names.join("; ")
-        )),
+        [_] => Some(format!("One effect {one}: {names}.")),
+        _ => Some(format!("{number} effects {several}: {names}.")),
     }
+}
+
+/// The root of the sum of their squared sizes \[m\].
+fn together_m(steps: &[&StepFound]) -> f64 {
+    steps.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt()
+}
+
+/// What is there and too small to matter.
+fn too_small_to_matter(steps: &[&StepFound], answer: &Answer, asked: &Asked<'_>) -> Option<String> {
+    let moves_mm = at_least(1e3 * together_m(steps).max(answer.tolerance_m));
+    let one = format!("is present, but moves the robot by less than {moves_mm} mm");
+    let several = format!("are present, but together move the robot by less than {moves_mm} mm");
+    effects_that(steps, asked, [&one, &several])
 }
 
 /// What removes less than is left unexplained.
 fn smaller_than_the_rest(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String> {
-    let names: Vec<String> = steps.iter().map(|step| effect_names(step, asked)).collect();
-    match steps {
-        [] => None,
-        [_] => Some(format!(
-            "One effect removes less than is left unexplained, and may be something else: {}.",
-            names[0]
-        )),
-        _ => Some(format!(
-            "{} effects remove less than is left unexplained, and may be something else: {}.",
-            number_word(steps.len()),
-            names.join("; ")
-        )),
-    }
+    let one = "removes less than is left unexplained, and may be something else";
+    let several = "remove less than is left unexplained, and may be something else";
+    effects_that(steps, asked, [one, several])
 }
 
 /// What the likelihood speaks for, while the runs come no nearer by it than chance explains.
 fn no_more_than_chance(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String> {
-    let together_m = steps.iter().map(|step| step.effect_size_m.powi(2)).sum::<f64>().sqrt();
-    let size = format!("{:.1} mm", 1e3 * together_m);
-    let names: Vec<String> = steps.iter().map(|step| effect_names(step, asked)).collect();
-    match steps {
-        [] => None,
-        [_] => Some(format!(
-            "One effect may be present, but the {size} that it removes may be chance: {}.",
-            names[0]
-        )),
-        _ => Some(format!(
-            "{} effects may be present, but the {size} that they remove together may be chance: {}.",
-            number_word(steps.len()),
-            names.join("; ")
-        )),
-    }
+    let size_mm = 1e3 * together_m(steps);
+    let one = format!("may be present, but the {size_mm:.1} mm that it removes may be chance");
+    let several =
+        format!("may be present, but the {size_mm:.1} mm that they remove together may be chance");
+    effects_that(steps, asked, [&one, &several])
 }
 
 /// A number rounded up to one significant digit.

@@ -154,7 +154,7 @@ fn explained(folder: &Path, catalogue: &[&dyn Effect]) -> Result<(RobotFile, Stu
         catalogue,
         nominal_m: [read.robot.wheel_radius_m, read.robot.track_width_m],
     };
-    let missing = answer.steps.iter().filter(|step| step.matters);
+    let missing = answer.steps.iter().filter(|step| step.is_missing());
     let studied = Studied {
         folder: folder.to_owned(),
         robot: 0,

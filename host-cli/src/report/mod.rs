@@ -168,7 +168,7 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
 
 /// The finding in a few words.
 fn title(answer: &Answer) -> String {
-    let matter = answer.steps.iter().filter(|step| step.matters).count();
+    let matter = answer.steps.iter().filter(|step| step.is_missing()).count();
     match (matter, answer.unexplained.structure) {
         (0, false) => "Nothing is missing".to_owned(),
         (0, true) => "An unknown effect".to_owned(),

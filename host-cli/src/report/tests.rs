@@ -138,6 +138,15 @@ fn drawn_of(
 use robot_model::compare::Component;
 
 #[test]
+fn the_title_counts_what_the_first_sentence_calls_missing() {
+    let mut answer = answer();
+    assert_eq!(title(&answer), "One effect is missing");
+    // It may be something else.
+    answer.steps[0].used_to_predict = false;
+    assert_eq!(title(&answer), "An unknown effect");
+}
+
+#[test]
 fn the_page_needs_nothing_but_itself_and_names_stay_text() {
     let page = html("<script>alert(1)</script>", false);
     for foreign in ["http", "<script", "src=", "@import", "url(", "<link", "<b>there", "<a>"] {

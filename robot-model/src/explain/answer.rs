@@ -71,7 +71,7 @@ impl Answer {
     pub fn with_tolerance(mut self, tolerance_m: f64) -> Self {
         self.tolerance_m = tolerance_m;
         for step in self.known.iter_mut().chain(&mut self.steps) {
-            step.matters = step.least_size_m > tolerance_m && step.nears_runs;
+            step.matters = step.matters_at(tolerance_m);
         }
         self
     }
@@ -118,8 +118,8 @@ pub struct StepFound {
     /// Of the runs that show it, or of all, more come nearer to where a fit to the others says than chance explains; where so
     /// few show it that chance may bring all of these nearer, all do.
     pub nears_runs: bool,
-    /// Whether it predicts other runs: it matters, and removes more than what is left unexplained. Otherwise it is in no saved
-    /// model.
+    /// Whether it predicts other runs: it is of radii or track width, or of a sensor, or it matters and removes more than what is
+    /// left unexplained. Otherwise it is in no saved model.
     pub used_to_predict: bool,
     /// Whether it moves them by more than the tolerance, beyond doubt, and not by chance: otherwise it is there, and not worth
     /// correcting.
@@ -127,6 +127,16 @@ pub struct StepFound {
 }
 
 impl StepFound {
+    /// Whether it is called missing: it matters, and removes more than what is left unexplained.
+    pub fn is_missing(&self) -> bool {
+        self.matters && self.used_to_predict
+    }
+
+    /// Whether it moves runs by more than a tolerance \[m\], beyond doubt, and not by chance.
+    pub(crate) fn matters_at(&self, tolerance_m: f64) -> bool {
+        self.least_size_m > tolerance_m && self.nears_runs
+    }
+
     /// The errors of a model of it and all before it.
     pub(crate) fn errors(&self) -> ErrorPair {
         ErrorPair { fitted: self.fitted, cross_validated: self.cross_validated }

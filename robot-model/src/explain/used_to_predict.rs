@@ -5,12 +5,12 @@
 //! predict that certainly remove more than is left over the error floor:
 //!
 //! ```text
-//! c^2 (D(without it) - D(with it)) > max(D(with it) - D(floor), tolerance^2)              (1)
+//! c^2 (D(without it) - D(with it)) > D(with it) - D(floor)              (1)
 //! ```
 //!
 //! with D the mean squared displacement of the wheels in tracks of runs that nothing was fitted to, and c the share of its value
-//! that is certain ([`crate::estimation::tolerance`]). The weakest effect goes first,
-//! and what the others remove is then computed anew: two that can stand in for each other do not both go.
+//! that is certain ([`crate::estimation::tolerance`]). What does not matter goes first, then the weakest of the others; what is left
+//! of them is then judged anew, so of two that can stand in for each other one stays.
 //!
 //! Radii and track width predict always: every robot has them. So do the effects of the user's own model, and those of a
 //! sensor, which move no track.
@@ -35,23 +35,21 @@ pub(super) fn left_out(
         let effect = selection.fitted.terms[index].effect;
         !is_geometry(effect) && effect.facts().acts_on != ActsOn::Gyro
     };
-    let matters = |step: &StepFound| step.least_size_m > tolerance_m && step.nears_runs;
     let found = missing.iter().zip(steps.iter()).filter(|(index, _)| may_go(**index));
-    let (mut matter, rest): (Vec<_>, Vec<_>) = found.partition(|(_, step)| matters(step));
+    let (mut matter, rest): (Vec<_>, Vec<_>) =
+        found.partition(|(_, step)| step.matters_at(tolerance_m));
     let mut left_out: Vec<usize> = rest.into_iter().map(|(index, _)| *index).collect();
     let square_m2 = |without: &[usize]| selection.screening.displacement_m2(prepared, without);
-    let floor_m2 = floor.map(|floor| displacement_m(floor, prepared.robot.track_width_m).powi(2));
     let mut with_m2 = square_m2(&left_out);
-    loop {
+    while let Some(floor) = floor {
         let without = |(place, (index, step)): (usize, &(&usize, &StepFound))| {
             let without_m2 = square_m2(&[&left_out[..], &[**index]].concat());
             let certain = (step.least_size_m / step.effect_size_m).powi(2);
             (place, without_m2, certain * (without_m2 - with_m2))
         };
         let weakest = matter.iter().enumerate().map(without).min_by(|a, b| a.2.total_cmp(&b.2));
-        let over_m2 = floor_m2.map_or(0.0, |floor_m2| with_m2 - floor_m2);
-        let least_m2 = over_m2.max(tolerance_m * tolerance_m);
-        let Some((place, without_m2, _)) = weakest.filter(|of| of.2 < least_m2) else { break };
+        let over_m2 = with_m2 - displacement_m(floor, prepared.robot.track_width_m).powi(2);
+        let Some((place, without_m2, _)) = weakest.filter(|of| of.2 < over_m2) else { break };
         left_out.push(*matter.remove(place).0);
         with_m2 = without_m2;
     }

@@ -105,7 +105,9 @@ const Effects = (() => {
         const others = step.class.filter((id) => id !== step.effect).map((id) => rows.get(id)?.effect.name ?? id);
         const apart = others.length ? ` These runs cannot tell them apart: one switch stands for all.` : '';
         one.name.textContent = capital([one.effect.name, ...others].join(' or '));
-        one.why.textContent = `Explain ${number + 1}: ${step.why.replace(/\.$/, '')}.${apart}${step.matters ? '' : ' Too small to matter.'}`;
+        const unsure = step.used_to_predict ? '' : ' Less than is left unexplained: it may be something else.';
+        const worth = step.matters ? unsure : ' Too small to matter.';
+        one.why.textContent = `Explain ${number + 1}: ${step.why.replace(/\.$/, '')}.${apart}${worth}`;
         one.why.hidden = false;
       }
       for (const rejected of answer.rejected) {

@@ -24,6 +24,7 @@ pub fn nothing_found() -> Answer {
         predicts_by: ErrorPair { fitted: Errors::default(), cross_validated: Errors::default() },
         noise: OdometryNoise::TYPICAL,
         compared_by: OdometryNoise::TYPICAL,
+        set_aside: None,
     }
 }
 

@@ -59,10 +59,11 @@ impl<'a> Asked<'a> {
 
 /// The main finding, in a few sentences: first what is wrong in `robot.toml`, then the effects that matter.
 pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
+    let runs = asked.runs.saturating_sub(answer.runs_set_aside());
     let before = &answer.baseline.cross_validated;
     let after = answer.steps.last().map_or(before, |step| &step.cross_validated);
-    let error = format!("the {} {}", kind_of_error(asked.runs), change(before, after));
-    let more = if answer.unexplained.structure {
+    let error = format!("the {} {}", kind_of_error(runs), change(before, after));
+    let more = if answer.has_structure() {
         format!(". The residuals still depend on {}", words::depends_on(&answer.unexplained))
     } else {
         String::new()
@@ -76,30 +77,7 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     let (chance, small): (Vec<&StepFound>, Vec<&StepFound>) =
         slight.iter().copied().partition(may_be_chance);
     let found = match matter.as_slice() {
-        [] if answer.unexplained.only_outliers() => format!(
-            "Nothing is missing from the robot's model, but the measured poses of {} have more outliers than noise has: look \
-             for wrong time stamps, frames that come twice, blur and reflections.",
-            these(asked.runs)
-        ),
-        [] if answer.unexplained.structure => format!(
-            "No known effect explains {}, but the residuals depend on {}.",
-            these(asked.runs),
-            words::depends_on(&answer.unexplained)
-        ),
-        [] => format!(
-            "Nothing{} is missing{}: the residuals of {} {}.",
-            match (slight.as_slice(), chance.as_slice()) {
-                ([], _) => "",
-                (_, []) => " that matters",
-                _ => " beyond chance",
-            },
-            if answer.known.is_empty() { "" } else { " from the model" },
-            these(asked.runs),
-            match answer.unexplained.random_turn_rad {
-                None => "are noise",
-                Some(_) => "depend on nothing that was tested, but are large for noise",
-            }
-        ),
+        [] => nothing_missing(answer, &slight, &chance, runs),
         [one] if answer.known.is_empty() => {
             format!("One effect is missing: {}. With it {error}{more}.", effect_names(one, asked))
         }
@@ -122,11 +100,55 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     let first = wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m);
     let small = too_small_to_matter(&small, answer, asked);
     let unsure = smaller_than_the_rest(&unsure, asked);
-    [first, Some(found), unsure, small, no_more_than_chance(&chance, asked)]
-        .into_iter()
-        .flatten()
-        .collect::<Vec<_>>()
-        .join(" ")
+    [
+        first,
+        Some(found),
+        words::set_aside(answer),
+        unsure,
+        small,
+        no_more_than_chance(&chance, asked),
+    ]
+    .into_iter()
+    .flatten()
+    .collect::<Vec<_>>()
+    .join(" ")
+}
+
+/// The main finding where no effect is missing. `chance` are those of the `slight` effects that may be chance.
+fn nothing_missing(
+    answer: &Answer,
+    slight: &[&StepFound],
+    chance: &[&StepFound],
+    runs: usize,
+) -> String {
+    if answer.unexplained.only_outliers() {
+        return format!(
+            "Nothing is missing from the robot's model, but the measured poses of {} have more outliers than noise has: look \
+             for wrong time stamps, frames that come twice, blur and reflections.",
+            these(runs)
+        );
+    }
+    if answer.has_structure() {
+        return format!(
+            "No known effect explains {}, but the residuals depend on {}.",
+            these(runs),
+            words::depends_on(&answer.unexplained)
+        );
+    }
+    format!(
+        "Nothing{} is missing{}: the residuals of {} {}.",
+        match (slight, chance) {
+            ([], _) => "",
+            (_, []) => " that matters",
+            _ => " beyond chance",
+        },
+        if answer.known.is_empty() { "" } else { " from the model" },
+        these(runs),
+        match answer.unexplained.random_turn_rad {
+            None => "are noise",
+            Some(_) => "depend on nothing that was tested, but are large for noise",
+        }
+    )
 }
 
 /// A radius or track width further off than this share is a wrong number in `robot.toml`, not a property of the robot.

@@ -189,6 +189,8 @@ class Explanation:
     #: What any model could reach on these runs.
     floor: Errors
     unexplained: Unexplained
+    #: Runs that everything else is not about: they are off by far more than the others, and hid what those show.
+    set_aside: tuple[str, ...]
     next_run: NextRun | None
     clocks: tuple[Clock, ...]
     data: tuple[DataFault, ...]
@@ -210,6 +212,7 @@ class Explanation:
             baseline=ErrorPair.of(json["baseline"]),
             floor=Errors(**json["floor"]),
             unexplained=Unexplained.of(json["unexplained"]),
+            set_aside=tuple(json.get("set_aside", {}).get("runs", ())),
             next_run=following and NextRun(following["kind"], tuple(following["separates"]), following["why"]),
             clocks=tuple(Clock(**one) for one in json["clocks"]),
             data=tuple(DataFault(**one) for one in json["data_hypotheses"]),

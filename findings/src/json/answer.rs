@@ -14,7 +14,7 @@ use crate::words;
 
 /// The whole answer; `verdict` is its first sentences, `data` what is wrong with the data ([`data_hypotheses`]).
 pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
-    json!({
+    let mut value = json!({
         "schema": 2,
         "verdict": verdict,
         "data_hypotheses": data,
@@ -27,7 +27,12 @@ pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
         "rejected": answer.rejected.iter().map(rejected).collect::<Vec<_>>(),
         "unexplained": unexplained(&answer.unexplained),
         "next_run": answer.next_run.as_ref().map(next_run),
-    })
+    });
+    if let Some(set_aside) = &answer.set_aside {
+        let off = errors(&set_aside.errors);
+        value["set_aside"] = json!({"runs": answer.unexplained.runs_off, "error": off});
+    }
+    value
 }
 
 /// Errors on the runs fitted to, and cross-validated.

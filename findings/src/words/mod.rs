@@ -31,7 +31,7 @@ pub use clocks::clocks;
 pub use comparison::{axis, finding, label, regime};
 pub use errors::{out_and_back_error, track_fit_error, wheel_weight_error};
 pub use model::verdict;
-pub use runs_off::{DriveAgain, drive_again, error_floor, runs_off};
+pub use runs_off::{DriveAgain, drive_again, error_floor, runs_off, set_aside};
 
 /// `a`, `a and b`, `a, b and c`.
 pub fn listed(names: &[String]) -> String {

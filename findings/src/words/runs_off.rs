@@ -1,5 +1,6 @@
 //! Runs that are off by far more than the others: which they are, what to do, and what the error floor is then.
 
+use robot_model::explain::{Answer, SetAside};
 use robot_model::residuals::Unexplained;
 
 use super::listed;
@@ -10,6 +11,18 @@ pub fn runs_off(unexplained: &Unexplained) -> Option<String> {
     let are = if off.len() == 1 { "is" } else { "are" };
     let text = format!("{} {are} off by far more than the other runs", some_named(off));
     (!off.is_empty()).then_some(text)
+}
+
+/// Which runs the answer is not about, and how far they are off what it is about, if any are set aside.
+pub fn set_aside(answer: &Answer) -> Option<String> {
+    let SetAside { errors, .. } = answer.set_aside.as_ref()?;
+    let off = &answer.unexplained.runs_off;
+    let (was, it_is) = if off.len() == 1 { ("was", "it is") } else { ("were", "they are") };
+    let size = format!("{:.0} mm", 1e3 * errors.position_rms_m);
+    let named = some_named(off);
+    Some(format!(
+        "{named} {was} left out: {it_is} {size} off the others' model, far more than any of those."
+    ))
 }
 
 /// What to do about runs that are off by far more than the others.
@@ -90,7 +103,27 @@ const RUNS_NAMED: usize = 4;
 
 #[cfg(test)]
 mod tests {
+    use robot_model::estimation::Errors;
+
     use super::*;
+    use crate::empty_answer::nothing_found;
+
+    #[test]
+    fn runs_set_aside_are_named_with_how_far_they_are_off() {
+        let off = Unexplained { runs_off: vec!["slipped".into()], ..Unexplained::default() };
+        let mut answer = Answer { unexplained: off, ..nothing_found() };
+        assert_eq!(set_aside(&answer), None);
+        let errors = Errors { position_rms_m: 0.0998, ..Errors::default() };
+        answer.set_aside = Some(SetAside { errors, others_have_structure: false });
+        let words =
+            "slipped was left out: it is 100 mm off the others' model, far more than any of those.";
+        assert_eq!(set_aside(&answer).unwrap(), words);
+        assert_eq!(answer.runs_set_aside(), 1);
+        answer.unexplained.runs_off.push("pushed".into());
+        assert!(
+            set_aside(&answer).unwrap().starts_with("slipped and pushed were left out: they are")
+        );
+    }
 
     #[test]
     fn runs_that_are_off_are_named() {

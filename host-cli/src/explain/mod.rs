@@ -236,7 +236,7 @@ pub fn parameters(parameters: &[ParameterFound], indent: usize) {
 
 fn unexplained(answer: &Answer) {
     let residuals = &answer.unexplained;
-    if residuals.structure {
+    if answer.has_structure() {
         say(paint(
             WARN,
             format_args!(
@@ -251,7 +251,7 @@ fn unexplained(answer: &Answer) {
         };
         let p = p_value(residuals.p_value);
         say(format_args!("   {size}{p}; `beeline report` shows the shape"));
-        if let Some(text) = words::runs_off(residuals) {
+        if let Some(text) = words::runs_off(residuals).filter(|_| answer.set_aside.is_none()) {
             wrapped(&text, LINE - 3).iter().for_each(|line| say(format_args!("   {line}")));
         }
         if let Some(found) = &residuals.expression {

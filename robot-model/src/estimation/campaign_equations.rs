@@ -166,6 +166,15 @@ impl CampaignEquations {
         (matrix.cholesky(), right)
     }
 
+    /// By how much chi^2 and the priors' part fall with this step in these columns, if they are as at this point.
+    pub fn expected_fall(&self, columns: &[usize], step: &DVector<f64>) -> f64 {
+        let falls = columns.iter().zip(step.iter()).map(|(column, step)| {
+            let prior = &self.priors[*column];
+            step * (self.total.right[*column] - prior.from_middle / prior.spread.powi(2))
+        });
+        falls.sum()
+    }
+
     /// The priors' part of chi^2 at this point.
     pub fn prior_cost(&self) -> f64 {
         self.priors.iter().map(|prior| (prior.from_middle / prior.spread).powi(2)).sum()

@@ -19,8 +19,10 @@ use crate::recording::run::PoseMeasurement;
 
 /// Most iterations of Gauss-Newton.
 const ROUNDS_MAX: usize = 8;
-/// The fit has converged if its step is shorter than this many sigmas.
-const STEP_SIGMAS: f64 = 0.02;
+/// The fit has converged if its step is shorter than this many sigmas: on the way of a search, and at its end.
+const STEP_SIGMAS: [f64; 2] = [0.1, 0.02];
+/// On the way of a search, a step that can lower chi^2 by less than this is not worth another pass over all runs.
+const FALL_MIN: f64 = 0.05;
 /// A step by which chi^2 grows more than this is too long.
 const RISE: f64 = 0.5;
 
@@ -127,11 +129,29 @@ pub(crate) fn fit_parameters<'a>(
     terms: Vec<Term<'a>>,
     noise: OdometryNoise,
 ) -> Fitted<'a> {
-    let fitted = descend(prepared, terms, noise, Signs::Any);
+    fit_as_near(prepared, terms, noise, Nearness::Converged)
+}
+
+/// How near to its optimum a fit has to come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Nearness {
+    /// For a model that a search goes on from: to a tenth of a sigma.
+    OnTheWay,
+    /// For what is told.
+    Converged,
+}
+
+fn fit_as_near<'a>(
+    prepared: &Prepared,
+    terms: Vec<Term<'a>>,
+    noise: OdometryNoise,
+    nearness: Nearness,
+) -> Fitted<'a> {
+    let fitted = descend(prepared, terms, noise, (Signs::Any, nearness));
     let mut terms = fitted.terms.clone();
     raise_to_zero(&mut terms);
     let same = terms.iter().zip(&fitted.terms).all(|(a, b)| a.values == b.values);
-    if same { fitted } else { descend(prepared, terms, noise, Signs::Kept) }
+    if same { fitted } else { descend(prepared, terms, noise, (Signs::Kept, nearness)) }
 }
 
 /// Whether amplitudes that are never negative may become so on the way.
@@ -146,26 +166,27 @@ fn descend<'a>(
     prepared: &Prepared,
     mut terms: Vec<Term<'a>>,
     noise: OdometryNoise,
-    signs: Signs,
+    (signs, nearness): (Signs, Nearness),
 ) -> Fitted<'a> {
+    let near_sigmas = STEP_SIGMAS[usize::from(nearness == Nearness::Converged)];
     let moved = |terms: &mut [Term<'a>], step: &[f64]| {
         moved_within_range(prepared, terms, step);
         if signs == Signs::Kept {
             raise_to_zero(terms);
         }
     };
-    let mut best: Option<(f64, Vec<Term<'a>>, DVector<f64>)> = None;
+    let mut best: Option<Point<'a>> = None;
     let mut round = 0;
     loop {
         let equations = CampaignEquations::gather(prepared, &PlacedTerm::place(&terms), &noise);
         let cost = equations.total.squares + equations.prior_cost();
         round += 1;
-        if let Some((least, there, step)) = &mut best
-            && cost > *least + RISE
+        if let Some(before) = &mut best
+            && cost > before.cost + RISE
         {
-            *step *= if round > ROUNDS_MAX { 0.0 } else { 0.5 };
-            terms.clone_from(there);
-            moved(&mut terms, step.as_slice());
+            before.shorten(cost, (round, nearness));
+            terms.clone_from(&before.terms);
+            moved(&mut terms, before.step.as_slice());
             continue;
         }
         let columns: Vec<usize> = (0..equations.priors.len()).collect();
@@ -176,7 +197,8 @@ fn descend<'a>(
         let distance = (0..columns.len())
             .map(|i| solution.delta[i].abs() / solution.covariance[(i, i)].sqrt())
             .fold(0.0, f64::max);
-        if distance < STEP_SIGMAS || round > ROUNDS_MAX {
+        let ends = best.as_ref().is_some_and(|before| before.step.amax() == 0.0);
+        if distance < near_sigmas || round > ROUNDS_MAX || ends {
             return Fitted {
                 terms,
                 covariance: solution.covariance,
@@ -187,7 +209,36 @@ fn descend<'a>(
         }
         let before = terms.clone();
         moved(&mut terms, solution.delta.as_slice());
-        best = Some((cost, before, solution.delta));
+        let fall = equations.expected_fall(&columns, &solution.delta);
+        best = Some(Point { cost, terms: before, step: solution.delta, fall });
+    }
+}
+
+/// The best point so far, and the step from there.
+struct Point<'a> {
+    cost: f64,
+    terms: Vec<Term<'a>>,
+    step: DVector<f64>,
+    /// By how much the cost would fall with this step, to first order \[half of the slope\].
+    fall: f64,
+}
+
+impl Point<'_> {
+    /// Shortens a step that raised the cost to this: to half, and to none where another round is not worth it.
+    ///
+    /// The parabola through the cost here, its slope, and the cost there has its least value
+    ///
+    /// ```text
+    /// fall^2 / (cost there - cost here + 2 fall)                                        (1)
+    /// ```
+    ///
+    /// below the cost here.
+    fn shorten(&mut self, there: f64, (round, nearness): (usize, Nearness)) {
+        let least_fall = self.fall.powi(2) / (there - self.cost + 2.0 * self.fall);
+        let is_near = nearness == Nearness::OnTheWay && least_fall < FALL_MIN;
+        let share = if round > ROUNDS_MAX || is_near { 0.0 } else { 0.5 };
+        self.step *= share;
+        self.fall *= share;
     }
 }
 
@@ -252,34 +303,39 @@ pub(crate) fn fit<'a>(
     prepared: &Prepared,
     terms: Vec<Term<'a>>,
     start: OdometryNoise,
+    nearness: Nearness,
 ) -> Fitted<'a> {
-    let first = fit_parameters(prepared, terms, start);
+    let first = fit_as_near(prepared, terms, start, nearness);
     // With the right noise, chi^2 is the number of rows.
     if (first.chi_squared / first.rows.max(1.0) - 1.0).abs() < NOISE_CHANGE {
         return first;
     }
-    with_noise(prepared, first, Search::Near)
+    with_noise(prepared, first, (Search::Near, nearness))
 }
 
 /// Fits parameters and noise from typical noise, near enough to go on from there.
 pub(crate) fn fit_roughly<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
-    let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
-    with_noise(prepared, first, Search::Near)
+    let first = fit_as_near(prepared, terms, OdometryNoise::TYPICAL, Nearness::OnTheWay);
+    with_noise(prepared, first, (Search::Near, Nearness::OnTheWay))
 }
 
 /// Fits parameters and noise from typical noise, with the wide search.
 pub(crate) fn fit_afresh<'a>(prepared: &Prepared, terms: Vec<Term<'a>>) -> Fitted<'a> {
-    let first = fit_parameters(prepared, terms, OdometryNoise::TYPICAL);
-    with_noise(prepared, first, Search::Wide)
+    let first = fit_as_near(prepared, terms, OdometryNoise::TYPICAL, Nearness::OnTheWay);
+    with_noise(prepared, first, (Search::Wide, Nearness::Converged))
 }
 
 /// Estimates the noise about a fit, and fits once more with it.
-fn with_noise<'a>(prepared: &Prepared, about: Fitted<'a>, search: Search) -> Fitted<'a> {
+fn with_noise<'a>(
+    prepared: &Prepared,
+    about: Fitted<'a>,
+    (search, nearness): (Search, Nearness),
+) -> Fitted<'a> {
     if let Some(noise) = prepared.noise {
-        return fit_parameters(prepared, about.terms, noise);
+        return fit_as_near(prepared, about.terms, noise, nearness);
     }
     let noise = fit_noise(prepared, &about.terms, about.noise, search);
-    let fitted = fit_parameters(prepared, about.terms, noise);
+    let fitted = fit_as_near(prepared, about.terms, noise, nearness);
     // The ratios of the noise's parameters come from some of the poses, its overall size from all of them.
     let robot = &prepared.robot;
     let given = robot.position_sigma_m.is_some() || robot.heading_sigma_rad.is_some();

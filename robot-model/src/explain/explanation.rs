@@ -21,6 +21,7 @@ use crate::explain::next_run::next_run;
 use crate::explain::parameters::parameters;
 use crate::explain::progress::{Observer, Progress};
 use crate::explain::reachable_error::reachable_and_unexplained;
+use crate::explain::set_aside::without_few;
 use crate::explain::used_to_predict::left_out;
 use crate::recording::campaign::{Campaign, Prepared, PreparedRun};
 use crate::recording::run::{RecordingError, RecordingProblem};
@@ -56,7 +57,21 @@ pub fn explain_given(
 }
 
 /// The same, and tells `observer` what was found so far.
+///
+/// A few runs that are off by far more than the others are left out, where that makes the others predictable
+/// ([`Answer::set_aside`]).
 pub fn explain_observed(
+    campaign: &Campaign,
+    catalogue: &[&dyn Effect],
+    in_model: &[&str],
+    observer: Option<Observer<'_>>,
+) -> Result<Answer, RecordingError> {
+    let of_all = explain_all(campaign, catalogue, in_model, observer)?;
+    without_few(campaign, of_all, |others| explain_all(others, catalogue, in_model, None))
+}
+
+/// Explains all of these runs together.
+fn explain_all(
     campaign: &Campaign,
     catalogue: &[&dyn Effect],
     in_model: &[&str],
@@ -122,6 +137,7 @@ pub fn explain_observed(
         predicts_by,
         noise: *weights,
         compared_by: choice.first_noise.of_one_pose(prepared.poses_in_one),
+        set_aside: None,
     };
     Ok(answer.with_tolerance(tolerance_m))
 }

@@ -11,6 +11,7 @@
 //! | `progress.rs` | [`Progress`]: what was found so far |
 //! | `reachable_error.rs` | what any model could reach, how far above it the error is, an equation for the rest |
 //! | `quiet_runs.rs` | the same, where some runs are off by far more than the others |
+//! | `set_aside.rs` | a few runs that are off are left out, where they hide what the others show |
 //! | `answer.rs` | [`Answer`]: verdicts and numbers |
 //! | `next_run.rs` | the cheapest run that would tell rivals apart |
 //! | [`model`] | a model whose effects the user chose, fitted and tested |
@@ -32,13 +33,14 @@ pub(crate) mod parameters;
 pub(crate) mod progress;
 pub(crate) mod quiet_runs;
 pub(crate) mod reachable_error;
+pub(crate) mod set_aside;
 #[cfg(test)]
 mod tests;
 pub(crate) mod used_to_predict;
 
 pub use answer::{
     Answer, Averaged, CandidateKind, Evidence, HeldOut, NextRun, ParameterFound,
-    PredictedSeparation, Reason, Rejected, StepFound,
+    PredictedSeparation, Reason, Rejected, SetAside, StepFound,
 };
 pub use explanation::{explain, explain_given, explain_observed, explain_with};
 pub use next_run::{CandidateRun, candidate_runs};

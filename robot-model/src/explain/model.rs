@@ -8,7 +8,7 @@ use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Need};
 use crate::estimation::campaign_equations::CampaignEquations;
 use crate::estimation::errors::{ErrorPair, Errors, errors_on_runs};
-use crate::estimation::fit::{self, Fitted, fit_afresh};
+use crate::estimation::fit::{self, Fitted, Nearness, fit_afresh};
 use crate::explain::answer::{Answer, Averaged, HeldOut, ParameterFound};
 use crate::explain::explanation::lacking;
 use crate::explain::held_out;
@@ -163,7 +163,7 @@ pub(crate) fn fit_from_best_starts<'a>(
         // An effect of which no start can be tested, as its numbers are not finite, begins at its first.
         let found = screening.candidates().first().map(|candidate| candidate.term.fixed());
         terms.push(found.unwrap_or_else(|| Term::new(effect, starts(effect).swap_remove(0))));
-        fitted = fit::fit(prepared, terms, fitted.noise);
+        fitted = fit::fit(prepared, terms, fitted.noise, Nearness::Converged);
     }
     fitted
 }

@@ -19,7 +19,7 @@
 
 use crate::effect::definition::Effect;
 use crate::estimation::errors::{Errors, displacement_m, lower};
-use crate::estimation::fit::Fitted;
+use crate::estimation::fit::{Fitted, fit_roughly};
 use crate::explain::model_errors::errors;
 use crate::numeric::distributions::{chi_squared, fisher};
 use crate::recording::campaign::{Prepared, PreparedRun};
@@ -28,7 +28,7 @@ use crate::residuals::group_search::numbers_measured;
 use crate::residuals::heavy_tails::heavy_tails;
 use crate::residuals::regressor::Regressor;
 use crate::residuals::uneven_runs::{Divided, set_apart};
-use crate::selection::select::select;
+use crate::selection::select::{backward_elimination, select};
 
 /// How often runs that are off are set aside: beside runs that are off by far, others look quiet.
 const ROUNDS_MAX: usize = 4;
@@ -51,29 +51,33 @@ pub(super) struct QuietRuns {
 
 /// What is reachable on the runs that are not off by far more than others. `None` if all runs are alike, or if a model
 /// that reaches `on_all` of all runs leaves no more than that.
-pub(super) fn reachable_on_quiet_runs(
+pub(super) fn reachable_on_quiet_runs<'a>(
     prepared: &Prepared,
-    fitted: &Fitted<'_>,
-    catalogue: &[&dyn Effect],
+    fitted: &Fitted<'a>,
+    catalogue: &[&'a dyn Effect],
     on_all: &Errors,
 ) -> Option<QuietRuns> {
     let first = set_apart(prepared, fitted)?;
     let mut off = furthest_first(prepared, &first);
     let mut quiet = among(prepared, &first.quiet);
-    let mut selection = select(&quiet, catalogue);
+    let mut about = explained(&quiet, catalogue, (fitted, &first));
     for _ in 1..ROUNDS_MAX {
-        let Some(more) = set_apart(&quiet, &selection.fitted) else { break };
+        let Some(more) = set_apart(&quiet, &about) else { break };
         off.extend(furthest_first(&quiet, &more));
         quiet = among(&quiet, &more.quiet);
-        selection = select(&quiet, catalogue);
+        about = explained(&quiet, catalogue, (&about, &first));
     }
+    let about = match first.each_beyond_chance {
+        true => backward_elimination(&quiet, catalogue, about.terms).fitted,
+        false => about,
+    };
     // Frames that come late or twice come in all runs, in some more often than in others by chance.
-    if first.each_beyond_chance && heavy_tails(&quiet, &selection.fitted).is_some() {
+    if first.each_beyond_chance && heavy_tails(&quiet, &about).is_some() {
         return None;
     }
     // Effects of few runs may predict each of them worse than none do.
-    let nominal = errors(&quiet, &selection.fitted.noise, &[]).cross_validated;
-    let reachable = flexible(&quiet, &selection.fitted, catalogue).reachable;
+    let nominal = errors(&quiet, &about.noise, &[]).cross_validated;
+    let reachable = flexible(&quiet, &about, catalogue).reachable;
     let track_width_m = prepared.robot.track_width_m;
     let on_quiet = lower(&nominal, &reachable, track_width_m);
     let of = |errors: &Errors| displacement_m(errors, track_width_m);
@@ -84,6 +88,21 @@ pub(super) fn reachable_on_quiet_runs(
         false => is_less_beyond_chance(both),
     };
     is_less.then(|| QuietRuns { reachable: on_quiet, off, differ_by: first.regressor(prepared) })
+}
+
+/// The effects of these runs, from those of more runs.
+///
+/// Whole tracks show a flexible model what no effect says, so the same effects, fitted anew, say well enough which runs are
+/// off. The ends of runs tell it little: there the effects are searched for.
+fn explained<'a>(
+    quiet: &Prepared,
+    catalogue: &[&'a dyn Effect],
+    (before, divided): (&Fitted<'a>, &Divided),
+) -> Fitted<'a> {
+    match divided.each_beyond_chance {
+        true => fit_roughly(quiet, before.terms.clone()),
+        false => select(quiet, catalogue).fitted,
+    }
 }
 
 /// The names of the runs that are off, the one that is furthest off first.

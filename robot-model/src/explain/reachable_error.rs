@@ -21,10 +21,10 @@ const WALK_OF_WHEELS: f64 = 0.01;
 /// The reachable error, and what is left above it by the last of the models that have these cross-validated errors.
 ///
 /// What one of them reaches, any model at all can reach; see [`lowest`].
-pub(super) fn reachable_and_unexplained(
-    choice: &Choice<'_>,
+pub(super) fn reachable_and_unexplained<'a>(
+    choice: &Choice<'a>,
     reached: &[Errors],
-    catalogue: &[&dyn Effect],
+    catalogue: &[&'a dyn Effect],
 ) -> (Errors, Unexplained) {
     let Choice { prepared, flexible, alternative, .. } = choice;
     let track_width_m = prepared.robot.track_width_m;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::recording::condense::{WheelSamples, condensed};
+use crate::recording::condense::{WheelSamples, condensed, poses_within_s};
 use crate::recording::excitation::Excitation;
 use crate::recording::motion::Motion;
 use crate::recording::odometry_noise::OdometryNoise;
@@ -99,8 +99,9 @@ impl Campaign {
         samples: WheelSamples,
     ) -> Result<Prepared, RecordingError> {
         let dense = self.prepare()?;
-        let light: Vec<(Recording, f64)> =
-            dense.runs.iter().map(|run| condensed(&self.robot, &run.recording, samples)).collect();
+        let how = (samples, poses_within_s(self.fitted_runs(), samples));
+        let lighter = |run: &PreparedRun| condensed(&self.robot, &run.recording, how);
+        let light: Vec<(Recording, f64)> = dense.runs.iter().map(lighter).collect();
         let same = |(run, (lighter, _)): (&PreparedRun, &(Recording, f64))| {
             run.recording.wheels == lighter.wheels
                 && run.recording.measured_poses.len() == lighter.measured_poses.len()

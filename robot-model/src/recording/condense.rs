@@ -1,5 +1,5 @@
 //! Dense recordings, made lighter before anything is fitted: wheels some twenty times a second, and poses averaged over
-//! a tenth of a second.
+//! a tenth of a second, or two tenths in a campaign of very many.
 //!
 //! Nothing is lost that a fit could use. Wheel angles are absolute: fewer samples of them are the same travel, as long as
 //! there is one wherever a pose is measured. At an even speed within 60 ms, a robot that accelerates by 0.6 m/s^2 would be a
@@ -19,6 +19,10 @@ const BESIDE_POSE_S: f64 = WHEELS_S / 2.0;
 const SAME_S: f64 = 1e-3;
 /// Poses within this time become one \[s\].
 const POSES_S: f64 = 0.095;
+/// Of a campaign with more poses than this, after that, poses within twice the time become one: an hour of driving tells the
+/// same. Samples of the wheels stay as close as they are; twice as far apart, a robot that accelerates would look as if it
+/// had backlash.
+const POSES_MANY: usize = 20_000;
 
 /// Where a lighter recording has samples of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,13 +33,24 @@ pub(crate) enum WheelSamples {
     AtPoses,
 }
 
-/// A recording with fewer samples, and how many poses became one, in the mean.
+/// The time within which poses of a campaign of these runs become one \[s\].
+pub(crate) fn poses_within_s<'a>(
+    runs: impl Iterator<Item = &'a Recording>,
+    samples: WheelSamples,
+) -> f64 {
+    let poses: usize = runs.map(|run| groups(&run.measured_poses, POSES_S).len()).sum();
+    // Between even samples, the motion is not known well enough to bring poses farther apart to one time.
+    let are_many = samples == WheelSamples::AtPoses && poses > POSES_MANY;
+    if are_many { 2.0 * POSES_S } else { POSES_S }
+}
+
+/// A recording with fewer samples, where poses within a time become one; and how many became one, in the mean.
 pub(crate) fn condensed(
     robot: &Robot,
     recording: &Recording,
-    samples: WheelSamples,
+    (samples, poses_s): (WheelSamples, f64),
 ) -> (Recording, f64) {
-    let groups = groups(&recording.measured_poses);
+    let groups = groups(&recording.measured_poses, poses_s);
     let poses: Vec<PoseMeasurement> =
         groups.iter().map(|group| mean(robot, &recording.wheels, group)).collect();
     let many = recording.measured_poses.len() as f64 / poses.len().max(1) as f64;
@@ -79,7 +94,7 @@ fn thinned(wheels: &[WheelSample], poses: &[PoseMeasurement]) -> Vec<WheelSample
 }
 
 /// Consecutive poses that become one. The first and the last stay alone, as a run begins and ends at rest.
-fn groups(poses: &[PoseMeasurement]) -> Vec<&[PoseMeasurement]> {
+fn groups(poses: &[PoseMeasurement], poses_s: f64) -> Vec<&[PoseMeasurement]> {
     let complete = poses.iter().all(|pose| pose.position_m.is_some() && pose.heading_rad.is_some());
     if !complete {
         return poses.chunks(1).collect();
@@ -90,7 +105,7 @@ fn groups(poses: &[PoseMeasurement]) -> Vec<&[PoseMeasurement]> {
         let ends = k == poses.len()
             || k == 1
             || k == poses.len() - 1
-            || poses[k].t_s - poses[first].t_s >= POSES_S;
+            || poses[k].t_s - poses[first].t_s >= poses_s;
         if ends {
             groups.push(&poses[first..k]);
             first = k;
@@ -158,12 +173,30 @@ mod tests {
     #[test]
     fn travel_and_end_poses_stay_as_they_are() {
         let run = dense();
-        let (lighter, _) = condensed(&ROBOT, &run, WheelSamples::AtPoses);
+        let (lighter, _) = condensed(&ROBOT, &run, (WheelSamples::AtPoses, POSES_S));
         assert!(2 * lighter.wheels.len() < run.wheels.len());
         assert_eq!(lighter.wheels.first(), run.wheels.first());
         assert_eq!(lighter.wheels.last(), run.wheels.last());
         assert_eq!(lighter.measured_poses.first(), run.measured_poses.first());
         assert_eq!(lighter.measured_poses.last(), run.measured_poses.last());
+    }
+
+    #[test]
+    fn of_very_many_poses_more_become_one() {
+        let pose = |k: usize| PoseMeasurement {
+            t_s: 0.05 * k as f64,
+            position_m: Some([0.0; 2]),
+            heading_rad: Some(0.0),
+        };
+        let run = |poses: usize| Recording {
+            measured_poses: (0..poses).map(pose).collect(),
+            ..Recording::default()
+        };
+        let within_s =
+            |poses: usize| poses_within_s([&run(poses); 3].into_iter(), WheelSamples::AtPoses);
+        // Two of these become one in any case.
+        let most = 2 * POSES_MANY / 3;
+        assert_eq!((within_s(most - 10), within_s(most + 10)), (POSES_S, 2.0 * POSES_S));
     }
 
     #[test]
@@ -192,7 +225,7 @@ mod tests {
             }
         });
         let run = Recording { wheels, measured_poses: poses.collect(), ..Recording::default() };
-        let (lighter, many) = condensed(&ROBOT, &run, WheelSamples::AtPoses);
+        let (lighter, many) = condensed(&ROBOT, &run, (WheelSamples::AtPoses, POSES_S));
         assert!((8.0..11.0).contains(&many), "{many}");
         let inner = &lighter.measured_poses[1..lighter.measured_poses.len() - 1];
         for pose in inner {

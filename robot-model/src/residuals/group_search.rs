@@ -223,17 +223,15 @@ impl<'c, 'a> GroupSearch<'c, 'a> {
         let chi_squared = |columns: &[usize]| left_out(equations, columns).iter().sum::<f64>();
         let without = chi_squared(&model);
         let overestimated = overestimated(prepared, &[without]);
-        let mut both = of_model.to_vec();
-        let before = tracks(prepared, (equations, &both), &model, noise);
-        let mut best: Option<(f64, usize)> = None;
-        for (index, term) in open.iter().zip(of_groups) {
+        let before = tracks(prepared, (equations, of_model), &model, noise);
+        let candidates: Vec<(&usize, &PlacedTerm<'_>)> = open.iter().zip(of_groups).collect();
+        let falls = parallel::map(&candidates, |(index, term)| {
             let columns: Vec<usize> = model.iter().copied().chain(term.amplitudes()).collect();
             if overestimated * (without - chi_squared(&columns)) < GAIN_MIN {
-                continue;
+                return None;
             }
-            both.push(term.clone());
+            let both: Vec<PlacedTerm<'_>> = of_model.iter().chain([*term]).cloned().collect();
             let after = tracks(prepared, (equations, &both), &columns, noise);
-            both.pop();
             let left = |errors: &TrackErrors| errors.displacement_m2(track_width_m);
             let fall = 1.0 - left(&after) / left(&before).max(f64::MIN_POSITIVE);
             let each = |errors: &TrackErrors| errors.displacements_m(track_width_m);
@@ -242,11 +240,12 @@ impl<'c, 'a> GroupSearch<'c, 'a> {
                 .zip(each(&after))
                 .map(|(before, after)| before - after)
                 .collect();
-            if fall > FALL_MIN
-                && signed_rank(&gains) < FALL_BY_CHANCE
-                && best.is_none_or(|(most, _)| fall > most)
-            {
-                best = Some((fall, *index));
+            (fall > FALL_MIN && signed_rank(&gains) < FALL_BY_CHANCE).then_some((fall, **index))
+        });
+        let mut best: Option<(f64, usize)> = None;
+        for (fall, index) in falls.into_iter().flatten() {
+            if best.is_none_or(|(most, _)| fall > most) {
+                best = Some((fall, index));
             }
         }
         best.map(|(_, index)| index)

@@ -8,7 +8,9 @@ use std::collections::BTreeSet;
 
 use crate::effect::composition::Term;
 use crate::effect::definition::Effect;
-use crate::estimation::fit::{Fitted, fit, fit_afresh, fit_roughly, minus_two_log_likelihood};
+use crate::estimation::fit::{
+    Fitted, Nearness, fit, fit_afresh, fit_roughly, minus_two_log_likelihood,
+};
 use crate::recording::campaign::Prepared;
 use crate::selection::candidates::{Candidate, RIVAL_MARGIN, Screening, is_geometry, penalty};
 use crate::selection::chance::{is_chance, without_chance_by_own_noise};
@@ -64,7 +66,7 @@ pub(crate) fn select<'a>(prepared: &Prepared, catalogue: &[&'a dyn Effect]) -> S
         let forward = if seen.len() < MODELS_MAX { forward() } else { None };
         let Some(next) = forward.or(removal) else { break };
         seen.insert(ids(&next));
-        fitted = fit(prepared, next, fitted.noise);
+        fitted = fit(prepared, next, fitted.noise, Nearness::OnTheWay);
     }
     // Every effect of the last model tried passes, so there is a best one.
     let fitted = best.map_or(fitted, |(_, best)| best);

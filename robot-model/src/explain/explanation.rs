@@ -67,7 +67,8 @@ pub fn explain_observed(
     observer: Option<Observer<'_>>,
 ) -> Result<Answer, RecordingError> {
     let of_all = explain_all(campaign, catalogue, in_model, observer)?;
-    without_few(campaign, of_all, |others| explain_all(others, catalogue, in_model, None))
+    let again = |others: &Campaign| explain_all(others, catalogue, in_model, None);
+    without_few((campaign, catalogue), of_all, again)
 }
 
 /// Explains all of these runs together.

@@ -3,7 +3,7 @@
 //! Nothing is added or removed here; `selection` searches for effects.
 
 use crate::clocks;
-use crate::effect::catalogue::{CATALOGUE, find};
+use crate::effect::catalogue::CATALOGUE;
 use crate::effect::composition::{PlacedTerm, Term};
 use crate::effect::definition::{Effect, Need};
 use crate::estimation::campaign_equations::CampaignEquations;
@@ -189,7 +189,7 @@ impl Model {
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
         let of = |one: &ModelEffect| (one.effect.clone(), one.parameters.clone(), None);
         let effects = self.effects.iter().map(of);
-        errors_on(campaign, effects, &self.noise)
+        errors_on(campaign, effects, (&self.noise, &CATALOGUE))
     }
 }
 
@@ -197,16 +197,25 @@ impl Answer {
     /// Errors of what is found, as it predicts other runs, on such runs, held-out ones included. Only effects of the
     /// catalogue count.
     pub fn errors_on(&self, campaign: &Campaign) -> Result<Errors, RecordingError> {
+        self.errors_on_with(campaign, &CATALOGUE)
+    }
+
+    /// The same with the effects of any catalogue.
+    pub(crate) fn errors_on_with(
+        &self,
+        campaign: &Campaign,
+        catalogue: &[&dyn Effect],
+    ) -> Result<Errors, RecordingError> {
         let of = |one: &Averaged| (one.effect.clone(), one.parameters.clone(), one.up_to_mps);
         let effects = self.predicts_with.iter().map(of);
-        errors_on(campaign, effects, &self.noise)
+        errors_on(campaign, effects, (&self.noise, catalogue))
     }
 }
 
 fn errors_on(
     campaign: &Campaign,
     effects: impl Iterator<Item = (String, Vec<ParameterFound>, Option<f64>)>,
-    noise: &OdometryNoise,
+    (noise, catalogue): (&OdometryNoise, &[&dyn Effect]),
 ) -> Result<Errors, RecordingError> {
     let mut all = campaign.clone();
     all.runs.iter_mut().for_each(|run| run.held_out = false);
@@ -214,7 +223,8 @@ fn errors_on(
     let terms: Vec<Term<'_>> = effects
         .filter_map(|(id, parameters, up_to_mps)| {
             let values = parameters.iter().map(|parameter| parameter.value).collect();
-            Some(Term { up_to_mps, ..Term::new(find(&id)?, values) })
+            let effect = catalogue.iter().find(|effect| effect.facts().id == id)?;
+            Some(Term { up_to_mps, ..Term::new(*effect, values) })
         })
         .collect();
     let terms = PlacedTerm::place(&terms);
@@ -225,6 +235,7 @@ fn errors_on(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::catalogue::find;
     use crate::effect::custom::Custom;
     use crate::tests::synthetic::{campaign, full_plan};
 

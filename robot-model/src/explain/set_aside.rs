@@ -9,8 +9,10 @@
 //! D(others by a model of the others) < 0.9 D(others by a model of all)                    (1)
 //! ```
 //!
-//! with D the displacement of the wheels. Otherwise the few do no harm, and what they show counts.
+//! with D the displacement of the wheels. Otherwise the few do no harm, and what they show counts. Of runs whose ends alone are
+//! measured none is left out: few numbers do not tell a slip from what a model lacks.
 
+use crate::effect::definition::Effect;
 use crate::estimation::errors::{Errors, displacement_m};
 use crate::explain::answer::{Answer, SetAside};
 use crate::recording::campaign::Campaign;
@@ -20,18 +22,25 @@ use crate::residuals::uneven_runs::RUNS_MIN;
 
 /// At most this share of the runs is a few.
 const FEW: f64 = 0.25;
+/// With fewer poses than this in a run, in the mean, its track is not known.
+const POSES_PER_RUN: usize = 20;
 /// Equation (1).
 const LESS: f64 = 0.9;
 
 /// This answer about all runs; or that about the others, if a few are off and (1) holds.
 pub(super) fn without_few(
-    campaign: &Campaign,
+    (campaign, catalogue): (&Campaign, &[&dyn Effect]),
     of_all: Answer,
     explain: impl FnOnce(&Campaign) -> Result<Answer, RecordingError>,
 ) -> Result<Answer, RecordingError> {
     let off = &of_all.unexplained.runs_off;
     let count = campaign.fitted_runs().count();
-    if off.is_empty() || off.len() as f64 > FEW * count as f64 || count - off.len() < RUNS_MIN {
+    let poses: usize = campaign.fitted_runs().map(|run| run.measured_poses.len()).sum();
+    if poses < POSES_PER_RUN * count
+        || off.is_empty()
+        || off.len() as f64 > FEW * count as f64
+        || count - off.len() < RUNS_MIN
+    {
         return Ok(of_all);
     }
     let is_off = |name: &String| off.contains(name);
@@ -43,10 +52,10 @@ pub(super) fn without_few(
     others.runs.retain(|run| !run.held_out);
     let displacement_m = |errors| displacement_m(&errors, campaign.robot.track_width_m);
     let by_others_m = displacement_m(of_others.predicts_by.cross_validated);
-    if by_others_m > LESS * displacement_m(of_all.errors_on(&others)?) {
+    if by_others_m > LESS * displacement_m(of_all.errors_on_with(&others, catalogue)?) {
         return Ok(of_all);
     }
-    let errors = of_others.errors_on(&few)?;
+    let errors = of_others.errors_on_with(&few, catalogue)?;
     Ok(about_others(of_all, of_others, errors))
 }
 
@@ -57,8 +66,8 @@ fn about_others(of_all: Answer, mut answer: Answer, errors: Errors) -> Answer {
     let unexplained = &mut answer.unexplained;
     unexplained.structure = true;
     unexplained.runs_off = of_all.unexplained.runs_off;
-    if !unexplained.depends_on.contains(&Regressor::Run) {
-        unexplained.depends_on.push(Regressor::Run);
+    if !others_have_structure {
+        unexplained.depends_on = vec![Regressor::Run];
     }
     answer.clocks = of_all.clocks;
     answer

@@ -22,7 +22,7 @@ const POSES_S: f64 = 0.095;
 /// Of a campaign with more poses than this, after that, poses within twice the time become one: an hour of driving tells the
 /// same. Samples of the wheels stay as close as they are; twice as far apart, a robot that accelerates would look as if it
 /// had backlash.
-const POSES_MANY: usize = 20_000;
+const POSES_MANY: usize = 50_000;
 
 /// Where a lighter recording has samples of the wheels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -63,7 +63,7 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
     let before = &answer.baseline.cross_validated;
     let after = answer.steps.last().map_or(before, |step| &step.cross_validated);
     let error = format!("the {} {}", kind_of_error(runs), change(before, after));
-    let more = if answer.has_structure() {
+    let more = if answer.unexplained.structure {
         format!(". The residuals still depend on {}", words::depends_on(&answer.unexplained))
     } else {
         String::new()
@@ -128,7 +128,7 @@ fn nothing_missing(
             these(runs)
         );
     }
-    if answer.has_structure() {
+    if answer.unexplained.structure {
         return format!(
             "No known effect explains {}, but the residuals depend on {}.",
             these(runs),

@@ -255,7 +255,7 @@ fn compare(
             .filter(|step| step.matters)
             .map(|step| (step.effect.clone(), step.effect_size_m / answer.tolerance_m))
             .collect(),
-        flagged: answer.unexplained.structure,
+        flagged: answer.unexplained.structure || answer.set_aside.is_some(),
         refused: None,
         depends_on: answer
             .unexplained

@@ -28,9 +28,8 @@ pub fn answer(answer: &Answer, verdict: &str, data: &[Value]) -> Value {
         "unexplained": unexplained(&answer.unexplained),
         "next_run": answer.next_run.as_ref().map(next_run),
     });
-    if let Some(set_aside) = &answer.set_aside {
-        let off = errors(&set_aside.errors);
-        value["set_aside"] = json!({"runs": answer.unexplained.runs_off, "error": off});
+    if let Some(off) = &answer.set_aside {
+        value["set_aside"] = json!({"runs": answer.unexplained.runs_off, "error": errors(off)});
     }
     value
 }

@@ -1,6 +1,6 @@
 //! Runs that are off by far more than the others: which they are, what to do, and what the error floor is then.
 
-use robot_model::explain::{Answer, SetAside};
+use robot_model::explain::Answer;
 use robot_model::residuals::Unexplained;
 
 use super::listed;
@@ -15,7 +15,7 @@ pub fn runs_off(unexplained: &Unexplained) -> Option<String> {
 
 /// Which runs the answer is not about, and how far they are off what it is about, if any are set aside.
 pub fn set_aside(answer: &Answer) -> Option<String> {
-    let SetAside { errors, .. } = answer.set_aside.as_ref()?;
+    let errors = answer.set_aside.as_ref()?;
     let off = &answer.unexplained.runs_off;
     let (was, it_is) = if off.len() == 1 { ("was", "it is") } else { ("were", "they are") };
     let size = format!("{:.0} mm", 1e3 * errors.position_rms_m);
@@ -114,7 +114,7 @@ mod tests {
         let mut answer = Answer { unexplained: off, ..nothing_found() };
         assert_eq!(set_aside(&answer), None);
         let errors = Errors { position_rms_m: 0.0998, ..Errors::default() };
-        answer.set_aside = Some(SetAside { errors, others_have_structure: false });
+        answer.set_aside = Some(errors);
         let words =
             "slipped was left out: it is 100 mm off the others' model, far more than any of those.";
         assert_eq!(set_aside(&answer).unwrap(), words);

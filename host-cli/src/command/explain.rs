@@ -63,7 +63,9 @@ pub(super) fn run(common: &Common, args: &ExplainArgs) -> Result<()> {
     if let Some(file) = &args.save {
         note(format_args!("{}: the model found, to predict other runs with", file.display()));
     }
-    let missing = answer.steps.iter().any(|step| step.matters) || answer.unexplained.structure;
+    let missing = answer.steps.iter().any(|step| step.matters)
+        || answer.unexplained.structure
+        || answer.set_aside.is_some();
     if args.exit_code && missing { Err(Error::answered_no()) } else { Ok(()) }
 }
 

@@ -236,7 +236,7 @@ pub fn parameters(parameters: &[ParameterFound], indent: usize) {
 
 fn unexplained(answer: &Answer) {
     let residuals = &answer.unexplained;
-    if answer.has_structure() {
+    if residuals.structure {
         say(paint(
             WARN,
             format_args!(

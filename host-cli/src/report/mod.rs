@@ -169,7 +169,7 @@ fn header(html: &mut String, report: &CampaignReport<'_>, robot: &str) {
 /// The finding in a few words.
 fn title(answer: &Answer) -> String {
     let matter = answer.steps.iter().filter(|step| step.is_missing()).count();
-    match (matter, answer.has_structure()) {
+    match (matter, answer.unexplained.structure) {
         (0, false) => "Nothing is missing".to_owned(),
         (0, true) => "An unknown effect".to_owned(),
         (1, _) => "One effect is missing".to_owned(),
@@ -202,8 +202,7 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
     let residuals = &report.answer.unexplained;
     let p = escape(&crate::quantity::p_value(residuals.p_value));
     let off = words::runs_off(residuals).map(|text| format!(" <b>{}</b>.", escape(&text)));
-    let structure = report.answer.has_structure();
-    let words = if structure {
+    let words = if residuals.structure {
         format!(
             "The residuals depend on <b>{}</b> ({p}), and no candidate effect explains this. \
              An effect that does must have the shape below.{}",
@@ -216,7 +215,7 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
             if residuals.slight.is_empty() { "" } else { " by more than a little" }
         )
     };
-    section(html, if structure { "Still unexplained" } else { "Residuals" }, "");
+    section(html, if residuals.structure { "Still unexplained" } else { "Residuals" }, "");
     let again = words::driven_again(residuals).map(|text| format!(" {}", escape(&text)));
     let _ = writeln!(html, "<p>{words}{}</p>", again.unwrap_or_default());
     html.push_str(&floor::draw(report).unwrap_or_default());

@@ -19,11 +19,9 @@ use crate::recording::run::PoseMeasurement;
 
 /// Most iterations of Gauss-Newton.
 const ROUNDS_MAX: usize = 8;
-/// The fit has converged if its step is shorter than this many sigmas: on the way of a search, and at its end.
-const STEP_SIGMAS: [f64; 2] = [0.1, 0.02];
 /// On the way of a search, a step that can lower chi^2 by less than this is not worth another pass over all runs.
 const FALL_MIN: f64 = 0.05;
-/// A campaign of fewer poses is fitted in no time.
+/// A campaign of fewer poses is fitted in no time, so every fit of it converges.
 const QUICK_POSES: usize = 20_000;
 /// A step by which chi^2 grows more than this is too long.
 const RISE: f64 = 0.5;
@@ -143,6 +141,16 @@ pub(crate) enum Nearness {
     Converged,
 }
 
+impl Nearness {
+    /// A fit is near enough if its step is shorter than this many sigmas.
+    fn step_sigmas(self) -> f64 {
+        match self {
+            Self::OnTheWay => 0.1,
+            Self::Converged => 0.02,
+        }
+    }
+}
+
 fn fit_as_near<'a>(
     prepared: &Prepared,
     terms: Vec<Term<'a>>,
@@ -163,7 +171,7 @@ enum Signs {
     Kept,
 }
 
-/// Whether a pass over all runs takes no time: then every fit converges.
+/// Whether a pass over all runs takes no time.
 fn is_quick(prepared: &Prepared) -> bool {
     let poses = prepared.runs.iter().map(|run| run.recording.measured_poses.len());
     poses.sum::<usize>() < QUICK_POSES
@@ -177,7 +185,6 @@ fn descend<'a>(
     (signs, nearness): (Signs, Nearness),
 ) -> Fitted<'a> {
     let nearness = if is_quick(prepared) { Nearness::Converged } else { nearness };
-    let near_sigmas = STEP_SIGMAS[usize::from(nearness == Nearness::Converged)];
     let moved = |terms: &mut [Term<'a>], step: &[f64]| {
         moved_within_range(prepared, terms, step);
         if signs == Signs::Kept {
@@ -207,7 +214,7 @@ fn descend<'a>(
             .map(|i| solution.delta[i].abs() / solution.covariance[(i, i)].sqrt())
             .fold(0.0, f64::max);
         let ends = best.as_ref().is_some_and(|before| before.step.amax() == 0.0);
-        if distance < near_sigmas || round > ROUNDS_MAX || ends {
+        if distance < nearness.step_sigmas() || round > ROUNDS_MAX || ends {
             return Fitted {
                 terms,
                 covariance: solution.covariance,
@@ -228,7 +235,7 @@ struct Point<'a> {
     cost: f64,
     terms: Vec<Term<'a>>,
     step: DVector<f64>,
-    /// By how much the cost would fall with this step, to first order \[half of the slope\].
+    /// By how much the cost falls with this step if it is quadratic: half of its slope along the step.
     fall: f64,
 }
 

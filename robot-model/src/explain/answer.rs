@@ -49,19 +49,10 @@ pub struct Answer {
     /// The noise that [`crate::compare::Comparer::new`] estimates with these effects: it needs no fit of its own. (Of more than
     /// 500 runs that takes a share to choose the effects, and finds the same within a few percent.)
     pub compared_by: OdometryNoise,
-    /// Runs that all of the above is not about; those of `unexplained.runs_off` then. They are off by far more than the others,
-    /// and hid what these show.
+    /// How far off the model that predicts other runs those of `unexplained.runs_off` are, if nothing else here is about them:
+    /// they hid what the others show.
     #[serde(default)]
-    pub set_aside: Option<SetAside>,
-}
-
-/// A few runs that are off by far more than the others.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SetAside {
-    /// How they are off a model of the others.
-    pub errors: Errors,
-    /// Whether something is unexplained in the others, too.
-    pub others_have_structure: bool,
+    pub set_aside: Option<Errors>,
 }
 
 /// One effect of the model that predicts other runs.
@@ -78,17 +69,9 @@ pub struct Averaged {
 }
 
 impl Answer {
-    /// Whether something is unexplained in the runs that the answer is about.
-    pub fn has_structure(&self) -> bool {
-        match &self.set_aside {
-            None => self.unexplained.structure,
-            Some(set_aside) => set_aside.others_have_structure,
-        }
-    }
-
     /// How many runs are set aside.
     pub fn runs_set_aside(&self) -> usize {
-        self.set_aside.as_ref().map_or(0, |_| self.unexplained.runs_off.len())
+        self.set_aside.map_or(0, |_| self.unexplained.runs_off.len())
     }
 
     /// The same answer, judged by another tolerance: what matters moves the robot beyond doubt by more than that \[m\], and

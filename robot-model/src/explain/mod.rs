@@ -40,7 +40,7 @@ pub(crate) mod used_to_predict;
 
 pub use answer::{
     Answer, Averaged, CandidateKind, Evidence, HeldOut, NextRun, ParameterFound,
-    PredictedSeparation, Reason, Rejected, SetAside, StepFound,
+    PredictedSeparation, Reason, Rejected, StepFound,
 };
 pub use explanation::{explain, explain_given, explain_observed, explain_with};
 pub use next_run::{CandidateRun, candidate_runs};

@@ -9,21 +9,22 @@
 //! D(others by a model of the others) < 0.9 D(others by a model of all)                    (1)
 //! ```
 //!
-//! with D the displacement of the wheels. Otherwise the few do no harm, and what they show counts. Of runs whose ends alone are
-//! measured none is left out: few numbers do not tell a slip from what a model lacks.
+//! with D the displacement of the wheels. Otherwise the few do no harm, and what they show counts. Where the ends alone
+//! are measured of any run, none is left out: few numbers do not tell a slip from what a model lacks, and the one run with a whole track
+//! beside them may be the one that tells effects apart.
 
 use crate::effect::definition::Effect;
-use crate::estimation::errors::{Errors, displacement_m};
-use crate::explain::answer::{Answer, SetAside};
+use crate::estimation::errors::displacement_m;
+use crate::explain::answer::Answer;
 use crate::recording::campaign::Campaign;
 use crate::recording::run::RecordingError;
-use crate::residuals::regressor::Regressor;
 use crate::residuals::uneven_runs::RUNS_MIN;
+use crate::residuals::unexplained::Unexplained;
 
 /// At most this share of the runs is a few.
 const FEW: f64 = 0.25;
-/// With fewer poses than this in a run, in the mean, its track is not known.
-const POSES_PER_RUN: usize = 20;
+/// With fewer poses than this, the track of a run is not known.
+const TRACK_POSES: usize = 20;
 /// Equation (1).
 const LESS: f64 = 0.9;
 
@@ -35,8 +36,8 @@ pub(super) fn without_few(
 ) -> Result<Answer, RecordingError> {
     let off = &of_all.unexplained.runs_off;
     let count = campaign.fitted_runs().count();
-    let poses: usize = campaign.fitted_runs().map(|run| run.measured_poses.len()).sum();
-    if poses < POSES_PER_RUN * count
+    let are_tracks = campaign.fitted_runs().all(|run| run.measured_poses.len() >= TRACK_POSES);
+    if !are_tracks
         || off.is_empty()
         || off.len() as f64 > FEW * count as f64
         || count - off.len() < RUNS_MIN
@@ -55,29 +56,16 @@ pub(super) fn without_few(
     if by_others_m > LESS * displacement_m(of_all.errors_on_with(&others, catalogue)?) {
         return Ok(of_all);
     }
-    let errors = of_others.errors_on_with(&few, catalogue)?;
-    Ok(about_others(of_all, of_others, errors))
-}
-
-/// The answer about the others, which says that these few are off it by so much.
-fn about_others(of_all: Answer, mut answer: Answer, errors: Errors) -> Answer {
-    let others_have_structure = answer.unexplained.structure;
-    answer.set_aside = Some(SetAside { errors, others_have_structure });
-    let unexplained = &mut answer.unexplained;
-    unexplained.structure = true;
-    unexplained.runs_off = of_all.unexplained.runs_off;
-    if !others_have_structure {
-        unexplained.depends_on = vec![Regressor::Run];
-    }
-    answer.clocks = of_all.clocks;
-    answer
+    let set_aside = Some(of_others.errors_on_with(&few, catalogue)?);
+    let runs_off = of_all.unexplained.runs_off;
+    let unexplained = Unexplained { runs_off, ..of_others.unexplained };
+    Ok(Answer { set_aside, unexplained, clocks: of_all.clocks, ..of_others })
 }
 
 #[cfg(test)]
 mod tests {
     use crate::explain::{Answer, explain};
     use crate::recording::campaign::Campaign;
-    use crate::residuals::regressor::Regressor;
     use crate::tests::synthetic::{campaign, full_plan, term};
 
     /// A robot whose wheels grow with speed, and whose left wheel slips in one run for half a second by so many turns.
@@ -105,11 +93,10 @@ mod tests {
         let answer = explain(&campaign).unwrap();
         assert_eq!(found(&answer), ["speed_growth"]);
         assert_eq!(answer.unexplained.runs_off, core::slice::from_ref(&square.name));
-        assert!(answer.unexplained.structure && !answer.has_structure());
-        assert_eq!(answer.unexplained.depends_on, [Regressor::Run]);
+        assert!(!answer.unexplained.structure, "the others are clean: {:?}", answer.unexplained);
         let errors = [&sound, &answer].map(|of| of.predicts_by.cross_validated.position_rms_m);
         assert!((errors[1] / errors[0] - 1.0).abs() < 0.1, "{errors:?}");
         // A third of a turn turned the rest of the run by tens of degrees of the robot.
-        assert!(answer.set_aside.unwrap().errors.position_rms_m > 0.02);
+        assert!(answer.set_aside.unwrap().position_rms_m > 0.02);
     }
 }

@@ -6,14 +6,12 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import { tmpdir } from 'node:os';
 import { beeline, launch, openPage, pictures } from './page.mjs';
-import { endAll, isState, servePage, signal, started, stopAndCut } from './robots.mjs';
+import { ATTEMPTS, endAll, isState, servePage, signal, started, stopAndCut } from './robots.mjs';
 
 // So often each way of losing the page is tried.
 const TIMES = Number(process.env.BEELINE_TIMES ?? 4);
 // Whatever hangs must not hang for ever.
 const LIMIT = { timeout: 100_000 + 10_000 * TIMES };
-// So often a key is pressed until the robot drives.
-const ATTEMPTS = 8;
 
 let folder;
 let browser;

@@ -32,19 +32,69 @@ export async function started(folder, ...args) {
 export const servePage = (folder, port) => started(folder, 'serve', ...(port ? ['--port', port] : []), '--no-open', '--listen', '127.0.0.1:0');
 
 /** Until the page shows one of these states. */
-export const isState = (page, ...states) => page.waitForFunction((wanted) => wanted.includes(document.querySelector('#state').textContent), states);
+export const isState = (page, ...states) => page.waitForFunction((wanted) => wanted.includes(document.querySelector('#state').textContent), states, { polling: 100 });
+
+/** So often is begun anew what a busy machine has ended: it held the page up for longer than the robot moves without it. */
+export const ATTEMPTS = 12;
+
+/** Begins a motion, again and again until the page shows that the robot drives. */
+export async function drives(page, begin) {
+  for (let attempt = 0; attempt < ATTEMPTS; attempt += 1) {
+    if ((await page.textContent('#state')) === 'faulted') await page.click('#clear');
+    await isState(page, 'idle');
+    await begin();
+    const driving = page.waitForFunction(() => document.querySelector('#state').textContent === 'driving', null, { timeout: 5000, polling: 100 });
+    if (await driving.then(() => true, () => false)) return;
+  }
+  assert.fail(`the robot never drives; the page says: ${await page.textContent('main')}`);
+}
+
+/** A procedure that a busy machine has ended: it held up the page, or the command behind it. */
+const isHeldUp = () => {
+  const words = document.querySelector('#ended-words');
+  return words.getClientRects().length > 0 && /its messages came late|link_lost|time_to_live/.test(words.textContent);
+};
+
+/**
+ * Goes through a procedure of this page. What a busy machine has ended is begun again by the button that the page offers for it,
+ * and `steps` are gone through from their first. They wait by `unless`, which ends with the procedure.
+ */
+export async function through(page, button, steps) {
+  for (let attempt = 0; attempt < ATTEMPTS; attempt += 1) {
+    const late = page.waitForFunction(isHeldUp, null, { timeout: 0, polling: 500 }).then(() => assert.fail('the page was held up'));
+    const unless = (wait) => {
+      // Whichever comes later is of no more interest.
+      for (const each of [wait, late]) each.catch(() => {});
+      return Promise.race([wait, late]);
+    };
+    try {
+      return await steps(unless);
+    } catch (error) {
+      if (!(await page.evaluate(isHeldUp))) {
+        console.log(`the page says: ${await page.innerText('main')}`);
+        throw error;
+      }
+    }
+    console.log(`the page was held up: ${button}`);
+    if ((await page.textContent('#state')) === 'faulted' && button !== '#continue') await page.click('#clear');
+    await isState(page, 'idle', 'faulted');
+    await page.click(button);
+    await page.waitForFunction(() => !document.querySelector('#ended').getClientRects().length);
+  }
+  assert.fail('the page is held up time and again');
+}
 
 /** A drive that the space bar stops, and a spin whose motors are cut: a latched fault, with its name. */
 export async function stopAndCut(page) {
-  await page.fill('#distance', '2');
-  await page.press('#distance', 'Enter');
-  await isState(page, 'driving');
+  await drives(page, async () => {
+    await page.fill('#distance', '2');
+    await page.press('#distance', 'Enter');
+  });
   // The space bar brakes whatever has the focus.
   await page.focus('#straight button');
   await page.keyboard.press('Space');
   await isState(page, 'idle');
-  await page.click('#spin button');
-  await isState(page, 'driving');
+  await drives(page, () => page.click('#spin button'));
   await page.click('#cut');
   await isState(page, 'faulted');
   assert.match(await page.textContent('#words'), /^emergency_stop/);

@@ -89,7 +89,7 @@ function message() {
 const PACES = [[4, 1], [2, 1], [1, 1], [1, 2], [1, 3]];
 const LATE_MS = 24;
 const TRY_AFTER_MS = 4000;
-const parts = [() => floor.draw(telemetry, condition), ...charts.map((chart) => () => timeline.draw(chart))];
+const parts = [() => onDraw.forEach((drawn) => drawn()), () => floor.draw(telemetry, condition), ...charts.map((chart) => () => timeline.draw(chart))];
 const pace = { level: 0, late: 0, since: 0, wait: TRY_AFTER_MS, last: 0, frame: 0, next: 0, due: 0 };
 
 // Goes slower after some late frames, and after a while tries to go faster; if that was too fast, later the next time.
@@ -122,7 +122,6 @@ function draw(now) {
     pace.due = parts.length;
     heading();
     timeline.tell();
-    onDraw.forEach((drawn) => drawn());
   }
   drawParts(now);
   requestAnimationFrame(draw);

@@ -120,7 +120,7 @@ test('a campaign of three runs is recorded on the page, its errors are shown, an
   let watcher = await narrow();
   await page.bringToFront();
   await page.press('#campaign-folder', 'Enter');
-  await through(page, '#continue', async (unless) => {
+  await through(page, '#continue', async (unless, attempt) => {
     if (watcher) {
       await unless(isShown(watcher.page, '#watching'));
       watcher.sound();
@@ -129,7 +129,8 @@ test('a campaign of three runs is recorded on the page, its errors are shown, an
     }
     await unless(page.waitForFunction(() => document.querySelectorAll('#runs li').length === 3));
     await unless(page.waitForFunction(() => document.querySelector('#motion-title').textContent.startsWith('3/3') && Number.parseInt(document.querySelector('#motion-share').textContent, 10) > 60));
-    await shot(page, 'campaign-1280.png');
+    // On a slow machine the picture itself holds the page up.
+    if (attempt === 0) await shot(page, 'campaign-1280.png');
     await unless(page.waitForFunction(() => document.querySelector('#campaign-count').textContent.startsWith('3')));
     await unless(isShown(page, '#ended.ok'));
   });

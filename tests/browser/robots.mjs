@@ -34,8 +34,11 @@ export const servePage = (folder, port) => started(folder, 'serve', ...(port ? [
 /** Until the page shows one of these states. */
 export const isState = (page, ...states) => page.waitForFunction((wanted) => wanted.includes(document.querySelector('#state').textContent), states, { polling: 100 });
 
-/** So often is begun anew what a busy machine has ended: it held the page up for longer than the robot moves without it. */
+/** So often is a motion begun that a busy machine has ended: it held the page up for longer than the robot moves without it. */
 export const ATTEMPTS = 12;
+
+/** For so long is a procedure. */
+const PATIENCE_MS = 400_000;
 
 /** Begins a motion, again and again until the page shows that the robot drives. */
 export async function drives(page, begin) {
@@ -57,10 +60,12 @@ const isHeldUp = () => {
 
 /**
  * Goes through a procedure of this page. What a busy machine has ended is begun again by the button that the page offers for it,
- * and `steps` are gone through from their first. They wait by `unless`, which ends with the procedure.
+ * and `steps` are gone through from their first. They wait by `unless`, which ends with the procedure, and are told which attempt
+ * this is, from 0.
  */
 export async function through(page, button, steps) {
-  for (let attempt = 0; attempt < ATTEMPTS; attempt += 1) {
+  const begun = Date.now();
+  for (let attempt = 0; Date.now() - begun < PATIENCE_MS; attempt += 1) {
     const late = page.waitForFunction(isHeldUp, null, { timeout: 0, polling: 500 }).then(() => assert.fail('the page was held up'));
     const unless = (wait) => {
       // Whichever comes later is of no more interest.
@@ -68,7 +73,7 @@ export async function through(page, button, steps) {
       return Promise.race([wait, late]);
     };
     try {
-      return await steps(unless);
+      return await steps(unless, attempt);
     } catch (error) {
       if (!(await page.evaluate(isHeldUp))) {
         console.log(`the page says: ${await page.innerText('main')}`);

@@ -73,6 +73,24 @@ pub(crate) const DRAWING_STYLE: &str = "\
 .thin .p{stroke-width:1.7}.zero{stroke:var(--line);stroke-width:1.2;fill:none}\
 .d .tick{font-size:12px}.d .q{font-size:13px;font-weight:650;fill:var(--ink)}";
 
+/// What the bars are, and over which runs.
+fn what_bars_show(report: &CampaignReport<'_>) -> String {
+    let runs = match (report.context.runs.len(), &report.answer.set_aside) {
+        (1, _) => {
+            return "There is only one run: it is predicted by a fit to itself, and nothing can be cross-validated. Bars \
+                are root mean squares over the run; p is the probability that chance alone does as well."
+                .to_owned();
+        }
+        (_, None) => "all runs",
+        (_, Some(_)) => "all runs but those left out",
+    };
+    format!(
+        "Each run is predicted by a fit to all the others (cross-validation), and what no other run shows by a fit \
+        to the rest of the run, so an effect gains nothing by overfitting. Bars are root mean squares over {runs}; \
+        the upright mark is the error of the fit to {runs}, and p is the probability that chance alone does as well as the effect."
+    )
+}
+
 /// The whole page.
 pub fn to_html(report: &CampaignReport<'_>) -> String {
     let robot = escape(report.context.robot);
@@ -82,21 +100,7 @@ pub fn to_html(report: &CampaignReport<'_>) -> String {
          <title>{robot}: what is missing</title>\n<style>{COLOURS}\n{STYLE}\n{PAGE_STYLE}\n{DRAWING_STYLE}{REPORT_STYLE}</style></head>\n<body>\n"
     );
     header(&mut html, report, &robot);
-    section(
-        &mut html,
-        "The error, effect by effect",
-        match report.context.runs.len() {
-            1 => {
-                "There is only one run: it is predicted by a fit to itself, and nothing can be cross-validated. Bars \
-                are root mean squares over the run; p is the probability that chance alone does as well."
-            }
-            _ => {
-                "Each run is predicted by a fit to all the others (cross-validation), and what no other run shows by a fit \
-                to the rest of the run, so an effect gains nothing by overfitting. Bars are root mean squares over all \
-                runs; the upright mark is the error of the fit to all runs, and p is the probability that chance alone does as well as the effect."
-            }
-        },
-    );
+    section(&mut html, "The error, effect by effect", &what_bars_show(report));
     html.push_str(&waterfall::draw(report));
     held_out(&mut html, report);
     section(

@@ -61,15 +61,17 @@ const isHeldUp = () => {
 /**
  * Goes through a procedure of this page. What a busy machine has ended is begun again by the button that the page offers for it,
  * and `steps` are gone through from their first. They wait by `unless`, which ends with the procedure, and are told which attempt
- * this is, from 0.
+ * this is, from 0. `before` a procedure is begun again, its own traces are removed.
  */
-export async function through(page, button, steps) {
+export async function through(page, button, steps, before = () => {}) {
   const begun = Date.now();
   for (let attempt = 0; Date.now() - begun < PATIENCE_MS; attempt += 1) {
     const late = page.waitForFunction(isHeldUp, null, { timeout: 0, polling: 500 }).then(() => assert.fail('the page was held up'));
+    // Whichever comes later is of no more interest.
+    const ignore = (wait) => wait.catch(() => {});
+    ignore(late);
     const unless = (wait) => {
-      // Whichever comes later is of no more interest.
-      for (const each of [wait, late]) each.catch(() => {});
+      ignore(wait);
       return Promise.race([wait, late]);
     };
     try {
@@ -83,6 +85,7 @@ export async function through(page, button, steps) {
     console.log(`the page was held up: ${button}`);
     if ((await page.textContent('#state')) === 'faulted' && button !== '#continue') await page.click('#clear');
     await isState(page, 'idle', 'faulted');
+    await before();
     await page.click(button);
     await page.waitForFunction(() => !document.querySelector('#ended').getClientRects().length);
   }

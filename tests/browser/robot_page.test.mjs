@@ -6,7 +6,7 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs';
 import { join } from 'node:path';
 import { tmpdir } from 'node:os';
 import { beeline, launch, openPage, pictures } from './page.mjs';
-import { ATTEMPTS, endAll, isState, servePage, signal, started, stopAndCut } from './robots.mjs';
+import { ATTEMPTS, drivesToTheEnd, endAll, isState, servePage, signal, started, stopAndCut } from './robots.mjs';
 
 // So often each way of losing the page is tried.
 const TIMES = Number(process.env.BEELINE_TIMES ?? 4);
@@ -199,11 +199,14 @@ test('two pages and another program watch one drive; only one drives', LIMIT, as
   const second = await another();
   const watcher = await openPage(second, other.first.link);
   await Promise.all([driver, watcher].map(({ page }) => isState(page, 'idle')));
-  await driver.page.fill('#distance', '0.6');
-  await driver.page.press('#distance', 'Enter');
-  await isState(watcher.page, 'driving');
-  await watcher.page.waitForFunction(() => document.querySelector('#message').textContent.includes('Another program drives'));
-  await isState(driver.page, 'idle');
+  let watched = null;
+  await drivesToTheEnd(driver.page, async () => {
+    await driver.page.fill('#distance', '0.6');
+    await driver.page.press('#distance', 'Enter');
+    const isWatched = () => document.querySelector('#state').textContent === 'driving' && document.querySelector('#message').textContent.includes('Another program drives');
+    watched ??= watcher.page.waitForFunction(isWatched, null, { polling: 100 });
+  });
+  await watched;
   await isState(watcher.page, 'idle');
   const poses = await Promise.all([driver, watcher].map(({ page }) => page.textContent('#pose')));
   assert.equal(poses[0], poses[1]);

@@ -52,6 +52,16 @@ export async function drives(page, begin) {
   assert.fail(`the robot never drives; the page says: ${await page.textContent('main')}`);
 }
 
+/** Begins a motion, again and again until it ends without a fault. */
+export async function drivesToTheEnd(page, begin) {
+  for (let attempt = 0; attempt < ATTEMPTS; attempt += 1) {
+    await drives(page, begin);
+    await isState(page, 'idle', 'faulted');
+    if ((await page.textContent('#state')) === 'idle') return;
+  }
+  assert.fail(`the robot never drives to the end; the page says: ${await page.textContent('main')}`);
+}
+
 /** A procedure that a busy machine has ended: it held up the page, or the command behind it. */
 const isHeldUp = () => {
   const words = document.querySelector('#ended-words');
@@ -77,7 +87,9 @@ export async function through(page, button, steps, before = () => {}) {
     try {
       return await steps(unless, attempt);
     } catch (error) {
-      if (!(await page.evaluate(isHeldUp))) {
+      // Another page may have shown it first.
+      const heldUp = await page.waitForFunction(isHeldUp, null, { timeout: 2000, polling: 100 }).then(() => true, () => false);
+      if (!heldUp) {
         console.log(`the page says: ${await page.innerText('main')}`);
         throw error;
       }

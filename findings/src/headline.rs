@@ -211,19 +211,19 @@ fn too_small_to_matter(steps: &[&StepFound], answer: &Answer, asked: &Asked<'_>)
     effects_that(steps, asked, [&one, &several])
 }
 
-/// What removes less than is left unexplained.
+/// What explains less than is left unexplained.
 fn smaller_than_the_rest(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String> {
-    let one = "removes less than is left unexplained, and may be something else";
-    let several = "remove less than is left unexplained, and may be something else";
+    let one = "explains less than is left unexplained, and may be something else";
+    let several = "explain less than is left unexplained, and may be something else";
     effects_that(steps, asked, [one, several])
 }
 
 /// What the likelihood speaks for, while the runs come no nearer by it than chance explains.
 fn no_more_than_chance(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String> {
     let size_mm = 1e3 * together_m(steps);
-    let one = format!("may be present, but the {size_mm:.1} mm that it removes may be chance");
+    let one = format!("may be present, but the {size_mm:.1} mm that it explains may be chance");
     let several =
-        format!("may be present, but the {size_mm:.1} mm that they remove together may be chance");
+        format!("may be present, but the {size_mm:.1} mm that they explain together may be chance");
     effects_that(steps, asked, [&one, &several])
 }
 

@@ -61,7 +61,7 @@ class Effect:
     p_value: float
     evidence: str
     matters: bool
-    #: It removes more than is left unexplained; a saved model goes without it otherwise.
+    #: It explains more than is left unexplained; a saved model goes without it otherwise.
     used_to_predict: bool
     effect_size_m: float
 

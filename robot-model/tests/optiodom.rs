@@ -68,11 +68,12 @@ fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
             .into_iter()
             .map(|id| find(id).unwrap())
             .collect();
-    // Least squares of whole tracks with free start poses, of all runs of each kind in the session.
+    // Least squares of whole tracks with free start poses, of all runs of each kind in the session; of all kinds with a
+    // clock of its own for each run as well, without which 0.3 % are lost. Their errors are those of free start poses alone.
     let cases = [
         ("square", [0.04189, 0.04186, 0.2013], [0.0198, 0.0051]),
         ("circular", [0.04193, 0.04188, 0.2025], [0.0398, 0.0045]),
-        ("", [0.04182, 0.04178, 0.2018], [0.0258, 0.0060]),
+        ("", [0.04201, 0.04198, 0.2018], [0.0258, 0.0060]),
     ];
     for (kind, reference, [nominal_m, three_m]) in cases {
         let model = fit(&campaign(kind), &three).unwrap();
@@ -103,14 +104,14 @@ fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_say
     let answer = explain(&campaign).unwrap();
     let last = answer.steps[answer.steps.len() - 1].cross_validated.position_rms_m;
     let three = fit(&campaign, &effects(THREE)).unwrap().errors.cross_validated.position_rms_m;
-    // Both learn the noise, and so weigh the runs, with their own effects in place: 5 %.
-    assert!(last <= 1.05 * three, "{last} against {three}");
     for id in THREE {
         let named = answer.steps.iter().any(|step| step.class.iter().any(|member| member == id));
         assert!(named, "{id}: {:?}", answer.steps);
     }
-    // Squares and circles disagree about the radii beyond their noise: something is missing, and nothing
-    // in the catalogue is it.
+    // Spins and circles disagree about the track width: the tyres scrub, and without that it is a half more.
+    assert!(answer.steps.iter().any(|step| step.effect == "scrub"), "{:?}", answer.steps);
+    assert!(last < 0.65 * three, "{last} against {three}");
+    // That is not all.
     assert!(answer.unexplained.structure, "{:?}", answer.unexplained);
     assert!(!answer.unexplained.depends_on.is_empty());
 }
@@ -118,7 +119,7 @@ fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_say
 #[test]
 fn fitted_to_some_kinds_of_run_explain_predicts_the_others_no_worse_than_three_parameters() {
     let kinds = ["square", "circular", "ivanjko"];
-    let mut better = 0;
+    let (mut better, mut sums_m) = (0, [0.0; 2]);
     for (seen, unseen) in [([0], [1, 2]), ([1], [0, 2]), ([2], [0, 1])]
         .into_iter()
         .flat_map(|(one, two)| [(one.to_vec(), two.to_vec()), (two.to_vec(), one.to_vec())])
@@ -135,6 +136,7 @@ fn fitted_to_some_kinds_of_run_explain_predicts_the_others_no_worse_than_three_p
         println!("{seen:?} to {unseen:?}: chosen {chosen_m:.4} m, three {three_m:.4} m");
         assert!(chosen_m < 1.02 * three_m, "{seen:?}: {chosen_m} against {three_m}");
         better += usize::from(chosen_m < 0.98 * three_m);
+        sums_m = [sums_m[0] + chosen_m, sums_m[1] + three_m];
         // What is not named was refused for a reason, or is fitted along.
         let named: Vec<&String> = answer.steps.iter().flat_map(|step| &step.class).collect();
         for id in CATALOGUE.iter().map(|effect| effect.facts().id) {
@@ -144,5 +146,6 @@ fn fitted_to_some_kinds_of_run_explain_predicts_the_others_no_worse_than_three_p
             assert!(has, "{id} without a reason");
         }
     }
-    assert!(better >= 4, "better in {better} of 6");
+    // Where one kind shows neither arcs nor spins, nothing tells more than the three numbers do. The others make up for it.
+    assert!(better >= 3 && sums_m[0] < 0.8 * sums_m[1], "better in {better} of 6: {sums_m:?} m");
 }

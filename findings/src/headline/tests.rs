@@ -75,19 +75,19 @@ fn what_may_be_chance_is_not_said_to_be_small() {
     assert_eq!(
         headline(&found, &context),
         "Nothing beyond chance is missing: the residuals of these 5 runs are noise. One effect may be present, but the \
-         19.4 mm that it removes may be chance: marker_offset."
+         19.4 mm that it explains may be chance: marker_offset."
     );
 }
 
 #[test]
-fn what_removes_less_than_is_left_unexplained_is_not_said_to_be_missing() {
+fn what_explains_less_than_is_left_unexplained_is_not_said_to_be_missing() {
     let mut found = answer(&["backlash"], errors(2.4, 10.5), errors(1.1, 5.0));
     found.steps[0].used_to_predict = false;
     found.unexplained.structure = true;
     let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
     assert_eq!(
         headline(&found, &context),
-        "No known effect explains these 5 runs, but the residuals depend on no single variable. One effect removes less than \
+        "No known effect explains these 5 runs, but the residuals depend on no single variable. One effect explains less than \
          is left unexplained, and may be something else: backlash."
     );
 }

@@ -21,10 +21,10 @@ pub fn evidence(step: &StepFound) -> String {
     format!("{}; {gain}; {rivals}", found.signature)
 }
 
-/// Where less than this share of what an effect removes is certain, that is said.
+/// Where less than this share of an effect's size is certain, that is said.
 const SURE: f64 = 0.8;
 
-/// How much of the error an effect removes, and whether that matters; no full stop.
+/// How far an effect moves the robot, and whether that matters; no full stop.
 pub fn worth(step: &StepFound) -> String {
     let mm = 1e3 * step.effect_size_m;
     match (step.moves_no_track, step.matters) {
@@ -33,20 +33,20 @@ pub fn worth(step: &StepFound) -> String {
             "it concerns a sensor, and turns its heading by too little to matter".to_owned()
         }
         (false, true) if !step.used_to_predict => format!(
-            "it removes {mm:.2} mm of the error of these runs, less than is left unexplained: it may be something else, so a saved \
+            "it moves the robot by {mm:.2} mm (rms) in these runs, less than is left unexplained: it may be something else, so a saved \
              model goes without it"
         ),
-        (false, true) => format!("it removes {mm:.2} mm of the error of these runs"),
+        (false, true) => format!("it moves the robot by {mm:.2} mm (rms) in these runs"),
         (false, false) if mm < 0.005 => {
-            "it removes none of the error of these runs: too little to matter".to_owned()
+            "it does not move the robot in these runs: too little to matter".to_owned()
         }
         (false, false) if !step.nears_runs => {
             format!(
-                "it removes {mm:.2} mm of the error of these runs, no more than chance may: not worth correcting"
+                "it moves the robot by {mm:.2} mm (rms) in these runs, no more than chance may: not worth correcting"
             )
         }
         (false, false) => {
-            let size = format!("it removes {mm:.2} mm of the error of these runs");
+            let size = format!("it moves the robot by {mm:.2} mm (rms) in these runs");
             let least_mm = 1e3 * step.least_size_m;
             match least_mm < SURE * mm {
                 true => {
@@ -269,11 +269,11 @@ mod tests {
         };
         assert_eq!(
             step(3e-4, 5e-5),
-            "it removes 0.30 mm of the error of these runs, of which 0.05 mm are certain: too little to matter"
+            "it moves the robot by 0.30 mm (rms) in these runs, of which 0.05 mm are certain: too little to matter"
         );
         assert_eq!(
             step(6e-5, 5.5e-5),
-            "it removes 0.06 mm of the error of these runs: too little to matter"
+            "it moves the robot by 0.06 mm (rms) in these runs: too little to matter"
         );
     }
 
@@ -283,7 +283,7 @@ mod tests {
         let step = StepFound { effect_size_m: 5e-4, matters: true, used_to_predict: false, ..step };
         assert_eq!(
             worth(&step),
-            "it removes 0.50 mm of the error of these runs, less than is left unexplained: it may be something else, so a saved \
+            "it moves the robot by 0.50 mm (rms) in these runs, less than is left unexplained: it may be something else, so a saved \
              model goes without it"
         );
         assert_eq!(

@@ -232,7 +232,7 @@ fn table(change: &Change) -> String {
                 "the value in use stays: these runs confirm neither it nor another value".to_owned()
             }
             Remedy::Small => {
-                "not written: it removes less than is left unexplained, so it may be something else".to_owned()
+                "not written: it explains less than is left unexplained, so it may be something else".to_owned()
             }
             Remedy::Ambiguous(others) => format!(
                 "not written: these runs cannot tell it from {}; `explain` suggests a run that can, if there is one",

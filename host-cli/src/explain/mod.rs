@@ -245,7 +245,10 @@ fn unexplained(answer: &Answer) {
             ),
         ));
         let size = if residuals.size_m >= 5e-5 {
-            format!("{:.1} mm above the error floor; ", 1e3 * residuals.size_m)
+            format!(
+                "{:.1} mm (rms), which add in squares to the error floor; ",
+                1e3 * residuals.size_m
+            )
         } else {
             String::new()
         };

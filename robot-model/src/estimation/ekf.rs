@@ -11,10 +11,11 @@
 //!           x <- x + K nu,  P <- (1 - K H) P,       S <- S - K j                         (3)
 //! ```
 //!
-//! The state is x = (x, y, theta, e_x, e_y, e_theta, psi, tau), S = dx/dp, h = pose(t - tau) + e + psi:
+//! The state is x = (x, y, theta, e_x, e_y, e_theta, psi, tau, delta), S = dx/dp, h = pose(t - tau - delta u) + e + psi:
 //! e is a coloured error of the measured pose, which fades within a second or so instead of growing along the path;
 //! psi is the angle between the sensor's heading and the robot's; tau is the offset between the clocks of sensor and
-//! encoders. psi and tau are nuisance parameters of a run, as its start is: drawn anew for every run with a spread
+//! encoders in the middle of the run, delta how much larger it is at the end, with u from -1 at the first pose to 1 at the
+//! last. psi, tau and delta are nuisance parameters of a run, as its start is: drawn anew for every run with a spread
 //! from [`OdometryNoise`], and never evidence for an effect.
 //! The rows of (2) are an ordinary least squares problem in the parameters.
 //! The first measured pose starts the filter.
@@ -76,6 +77,7 @@ pub(crate) struct Filter<'a> {
     state: State<f64>,
     sensitivity: Vec<[f64; STATES]>,
     row: Vec<f64>,
+    times: TimeOfRun,
 }
 
 /// Runs the filter over a run.
@@ -97,6 +99,7 @@ pub(crate) fn whiten(
         state: State::new(start.to_array()),
         sensitivity: vec![[0.0; STATES]; columns],
         row: vec![0.0; columns],
+        times: TimeOfRun::of(within(motion, measurements).map(|pose| pose.t_s)),
     };
     let delay_s = view.delay_s.value;
     let mut measurements = within(motion, measurements).peekable();
@@ -257,7 +260,9 @@ impl Filter<'_> {
                 facing = Direction::of(self.state.heading_rad());
             }
             let (offset, by_heading) = self.offset_at(facing);
-            let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
+            let when = self.times.of_pose(measurement.t_s);
+            let scalar =
+                ScalarMeasurement { quantity, measured, offset, by_heading, velocity, when };
             let update = self.state.innovation(&self.noise, &scalar);
             let weight = 1.0 / update.variance.sqrt();
             for (column, s) in self.sensitivity.iter_mut().enumerate() {
@@ -270,6 +275,29 @@ impl Filter<'_> {
             let Update { nu: value, variance, .. } = update;
             observer.row(Innovation { step: index, value, variance }, &self.row);
         }
+    }
+}
+
+/// The times of the poses of a run, as numbers from -1 to 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimeOfRun {
+    middle_s: f64,
+    per_s: f64,
+}
+
+impl TimeOfRun {
+    /// For poses that were measured at these times, in order.
+    pub fn of(mut times_s: impl Iterator<Item = f64>) -> Self {
+        let first_s = times_s.next().unwrap_or(0.0);
+        let last_s = times_s.last().unwrap_or(first_s);
+        let half_s = (last_s - first_s) / 2.0;
+        let per_s = if half_s > 0.0 { half_s.recip() } else { 0.0 };
+        Self { middle_s: first_s + half_s, per_s }
+    }
+
+    /// When a pose was measured.
+    pub fn of_pose(self, t_s: f64) -> f64 {
+        (t_s - self.middle_s) * self.per_s
     }
 }
 

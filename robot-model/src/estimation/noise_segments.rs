@@ -15,7 +15,8 @@
 
 use crate::effect::composition::Increment;
 use crate::estimation::ekf::{
-    FilterObserver, Innovation, UNKNOWN_HEADING_SIGMA_RAD, numbers, offset_at, velocity_of,
+    FilterObserver, Innovation, TimeOfRun, UNKNOWN_HEADING_SIGMA_RAD, numbers, offset_at,
+    velocity_of,
 };
 use crate::estimation::gyro::{GyroSegment, follow};
 use crate::estimation::state::{Quantity, ScalarMeasurement, State, Variances};
@@ -102,10 +103,12 @@ impl NoiseSegments {
     pub fn innovations<T: Number>(&self, noise: &Variances<T>, mut seen: impl FnMut(T, T)) {
         if let Some(first) = self.segments.first() {
             let mut filter = self.started(noise, first);
+            let times = TimeOfRun::of(self.segments.iter().map(|segment| segment.measurement.t_s));
             for segment in &self.segments[1..] {
                 filter.advance(segment);
+                let when = times.of_pose(segment.measurement.t_s);
                 for (quantity, measured) in numbers(&segment.measurement) {
-                    let (nu, variance) = filter.measure(quantity, measured);
+                    let (nu, variance) = filter.measure(quantity, measured, when);
                     seen(nu, variance);
                 }
             }
@@ -186,14 +189,14 @@ impl<T: Number> Filter<'_, T> {
     }
 
     /// The innovation of one number of the pose measured there, and its variance.
-    fn measure(&mut self, quantity: Quantity, measured: f64) -> (T, T) {
+    fn measure(&mut self, quantity: Quantity, measured: f64, when: f64) -> (T, T) {
         if quantity == Quantity::Y && self.offset_m != [0.0; 2] {
             // x has turned the heading, and the measured point on the body with it.
             self.face();
             (self.offset, self.by_heading) = offset_at(self.offset_m, self.facing);
         }
         let Self { offset, by_heading, velocity, .. } = *self;
-        let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity };
+        let scalar = ScalarMeasurement { quantity, measured, offset, by_heading, velocity, when };
         let update = self.state.innovation(self.noise, &scalar);
         self.state.update(&update);
         (update.nu, update.variance)

@@ -1,7 +1,7 @@
 //! The state of the filter in [`crate::estimation::ekf`], and its covariance: predict, add process noise, update.
 //!
 //! ```text
-//! x = (x, y, theta, e_x, e_y, e_theta, psi, tau)
+//! x = (x, y, theta, e_x, e_y, e_theta, psi, tau, delta)
 //! ```
 //!
 //! It is one state, or several beside each other that differ in their noise: the same arithmetic in every lane.
@@ -12,15 +12,17 @@ use crate::numeric::lanes::Number;
 use crate::recording::odometry_noise::{NUMBERS, OdometryNoise};
 
 /// Numbers of the state.
-pub(crate) const STATES: usize = 8;
+pub(crate) const STATES: usize = 9;
 /// Of them, theta.
 const THETA: usize = 2;
 /// Of them, the first of e.
 const E: usize = 3;
 /// Of them, psi: the sensor's heading less that of the robot \[rad\].
 pub(crate) const PSI: usize = 6;
-/// Of them, tau: how late the sensor's clock is in this run \[s\].
+/// Of them, tau: how late the sensor's clock is in the middle of this run \[s\].
 const TAU: usize = 7;
+/// Of them, delta: by how much later it is at the end \[s\].
+const DELTA: usize = 8;
 
 /// Which number of a pose was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,6 +135,7 @@ pub(crate) struct Reading<T> {
     lever: T,
     by_psi: T,
     by_tau: T,
+    by_delta: T,
 }
 
 impl<T: Number> Reading<T> {
@@ -143,6 +146,7 @@ impl<T: Number> Reading<T> {
             + self.lever * column[THETA]
             + self.by_psi * column[PSI]
             + self.by_tau * column[TAU]
+            + self.by_delta * column[DELTA]
     }
 }
 
@@ -170,6 +174,8 @@ pub(crate) struct ScalarMeasurement<T> {
     pub by_heading: [T; 2],
     /// In the fixed frame \[m/s, m/s, rad/s\].
     pub velocity: [T; 3],
+    /// When in the run: -1 at its first pose, 1 at its last.
+    pub when: f64,
 }
 
 impl State<f64> {
@@ -278,8 +284,8 @@ impl<T: Number> State<T> {
         by_heading: [T; 2],
         velocity: [T; 3],
     ) {
-        // pose = z - offset(theta) - e - psi - noise + tau velocity: the uncertainty of each of these is part of
-        // that of the pose.
+        // pose = z - offset(theta) - e - psi - noise + (tau - delta) velocity: the uncertainty of each of these is part
+        // of that of the pose.
         let independent = [
             noise.position + noise.position_wobble,
             heading_var + noise.heading_wobble + noise.heading_offset,
@@ -293,12 +299,13 @@ impl<T: Number> State<T> {
         let p = &mut self.covariance;
         for i in 0..3 {
             for j in 0..=i {
-                *p.of(i, j) =
-                    lever[i] * lever[j] * independent[1] + later[i] * later[j] * noise.clock_offset;
+                *p.of(i, j) = lever[i] * lever[j] * independent[1]
+                    + later[i] * later[j] * (noise.clock_offset + noise.clock_offset);
             }
             *p.of(5, i) = -lever[i] * noise.heading_wobble;
             *p.of(PSI, i) = -lever[i] * noise.heading_offset;
             *p.of(TAU, i) = later[i] * noise.clock_offset;
+            *p.of(DELTA, i) = -later[i] * noise.clock_offset;
         }
         for i in 0..2 {
             *p.of(i, i) += independent[0];
@@ -308,6 +315,7 @@ impl<T: Number> State<T> {
         *p.of(5, 5) = noise.heading_wobble;
         *p.of(PSI, PSI) = noise.heading_offset;
         *p.of(TAU, TAU) = noise.clock_offset;
+        *p.of(DELTA, DELTA) = noise.clock_offset;
     }
 
     /// Equation (2) of the state.
@@ -325,8 +333,9 @@ impl<T: Number> State<T> {
         noise: &Variances<T>,
         scalar: &ScalarMeasurement<T>,
     ) -> Update<T> {
-        let ScalarMeasurement { measured, offset, by_heading, velocity, .. } = *scalar;
+        let ScalarMeasurement { measured, offset, by_heading, velocity, when, .. } = *scalar;
         let by_tau = -velocity[AXIS];
+        let by_delta = by_tau * T::of(when);
         let left = T::of(measured) - self.mean[AXIS] - self.mean[E + AXIS];
         // dh/dx has a one at the quantity and one at its e; a position has its lever, a heading psi.
         let (lever, by_psi, noise_var, nu) = if AXIS == THETA {
@@ -335,11 +344,12 @@ impl<T: Number> State<T> {
         } else {
             (by_heading[AXIS], T::of(0.0), noise.position, left - offset[AXIS])
         };
-        let nu = nu - by_tau * self.mean[TAU];
-        let reading = Reading { axis: AXIS, lever, by_psi, by_tau };
+        let nu = nu - by_tau * self.mean[TAU] - by_delta * self.mean[DELTA];
+        let reading = Reading { axis: AXIS, lever, by_psi, by_tau, by_delta };
         let p = &self.covariance;
         let ph: [T; STATES] = core::array::from_fn(|i| {
-            let own = p.at(i, AXIS) + p.at(i, E + AXIS) + by_tau * p.at(i, TAU);
+            let own = p.at(i, AXIS) + p.at(i, E + AXIS);
+            let own = own + by_tau * p.at(i, TAU) + by_delta * p.at(i, DELTA);
             own + if AXIS == THETA { p.at(i, PSI) } else { lever * p.at(i, THETA) }
         });
         let variance = reading.along(&ph) + noise_var;

@@ -5,11 +5,11 @@
 //! amplitudes, so the mean of predictions is the prediction of mean amplitudes:
 //!
 //! ```text
-//! w_r ~ min(1, exp(-(-2 log L_r + 2 log L) / (2 phi))),  p = p_chosen + sum over classes of sum over r of w_r (p_r - p_chosen)  (1)
+//! w_r ~ exp(-(-2 log L_r + 2 log L) / (2 phi)),  p = p_chosen + sum over classes of sum over r of w_r (p_r - p_chosen)  (1)
 //! ```
 //!
-//! with phi the variance among runs over what their noise explains. A member that is likelier than the chosen one was refused in
-//! its place, as tracks of other runs get worse: it weighs no more.
+//! with phi the variance among runs over what their noise explains, and the weights of a class, that of the chosen one included,
+//! adding up to one.
 //!
 //! The weights are those of the estimated noise, whatever alternative fit there is: what predicts like runs better may count too
 //! much on them.
@@ -78,16 +78,21 @@ pub(super) fn mean<'a>(choice: &Choice<'a>, left_out: &[usize]) -> Mean<'a> {
                 terms[index] = rival.term.fixed();
                 let fitted = fit_parameters(prepared, terms, weights);
                 let cost = fitted.chi_squared + penalty(&fitted.terms[index]);
-                let weight = (-(cost - own_cost) / (2.0 * test.dispersion.max(1.0))).exp().min(1.0);
-                (weight, fitted.terms)
+                let log_weight = -(cost - own_cost) / (2.0 * test.dispersion.max(1.0));
+                (log_weight, fitted.terms)
             })
             .filter(|(_, terms)| keeps_what_umbmark_measures(&own, terms))
             .collect();
-        let total = 1.0 + models.iter().map(|(weight, _)| weight).sum::<f64>();
-        for (weight, terms) in &models {
+        // Relative to the likeliest: a likelihood may be any power of e.
+        let most = models.iter().map(|(log_weight, _)| *log_weight).fold(0.0, f64::max);
+        let weight = |log_weight: f64| (log_weight - most).exp();
+        let total =
+            weight(0.0) + models.iter().map(|(log_weight, _)| weight(*log_weight)).sum::<f64>();
+        for (log_weight, terms) in &models {
+            let share = weight(*log_weight) / total;
             alone.push(terms[index].clone());
-            add(&mut mean, terms, weight / total);
-            add(&mut mean, chosen, -weight / total);
+            add(&mut mean, terms, share);
+            add(&mut mean, chosen, -share);
         }
     }
     let usual_mps = usual_speed_mps(prepared);

@@ -4,7 +4,7 @@
 //! measured = pose + e + white noise                                                   (1)
 //! var(growth of the pose's error along d metres) = k^2 d                              (2)
 //! e: stationary, exp(-t/T) correlated                                                 (3)
-//! heading measured = heading + psi,  time measured = time + tau, of each run          (4)
+//! heading measured = heading + psi,  time measured = time + tau + delta u, of each run   (4)
 //! ```
 //!
 //! (3) is coloured noise, which makes neighbouring measurements err alike without growing along the path: jitter of
@@ -12,7 +12,10 @@
 //! real recordings comes out too large, and the information of long paths is lost.
 //!
 //! (4) is constant in a run and different in the next: a body frame that was drawn anew, a clock that was
-//! synchronised anew. Only its spread from run to run is noise; what all runs share is an effect.
+//! synchronised anew at the beginning and at the end of the run. u goes from -1 at its first pose to 1 at its last, and delta
+//! has the spread of tau: errors of both ends that are as large and independent have such a mean and difference.
+//! In a run of seconds such a clock is off by a percent, and so would be the track width, as turns in motion look slower than from
+//! rest to rest. Only its spread from run to run is noise; what all runs share is an effect.
 //!
 //! How large each of these is, is estimated in [`crate::estimation`].
 
@@ -39,7 +42,7 @@ pub struct OdometryNoise {
     pub gyro_walk: f64,
     /// psi of (4), one sigma over the runs \[rad\].
     pub heading_offset_rad: f64,
-    /// tau of (4), one sigma over the runs \[s\].
+    /// tau and delta of (4), one sigma over the runs \[s\].
     pub clock_offset_s: f64,
 }
 

@@ -194,8 +194,10 @@ struct WindowOffset {
 fn window_offsets(prepared: &Prepared, cut: &Prepared, noise: OdometryNoise) -> Vec<WindowOffset> {
     let geometry = CATALOGUE.iter().filter(|effect| effect.facts().group == Group::Geometry);
     let geometry = geometry.map(|effect| Term::new(*effect, vec![0.0])).collect();
+    // Where clocks may be off by much, a data sheet that is far off passes for clocks: it is mended first.
+    let near = fit_parameters(prepared, geometry, noise).terms;
     let noise = OdometryNoise { clock_offset_s: CLOCK_SPREAD_S, ..noise };
-    let mut terms = fit_parameters(prepared, geometry, noise).terms;
+    let mut terms = fit_parameters(prepared, near, noise).terms;
     terms.push(Term::new(&Late, vec![0.0]));
     let terms = PlacedTerm::place(&terms);
     let column = terms.last().map_or(0, |late| late.columns().start);

@@ -78,7 +78,7 @@ fn bars_and_intervals_are_drawn_a_second_time_for_a_screen_of_390_px() {
 #[test]
 fn what_depends_on_the_place_is_drawn_against_the_place() {
     let temp = TempFolder::new();
-    runs_of(&temp, "optiodom", &[""], "robot");
+    runs_of(&temp, "optiodom", &["ivanjko"], "robot");
     let answer = temp.run("explain robot --json").ok().json();
     let depends_on = answer["unexplained"]["depends_on"].as_array().unwrap();
     assert!(depends_on.iter().any(|name| name == "place"), "{answer:#}");

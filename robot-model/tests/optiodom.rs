@@ -82,6 +82,12 @@ fn three_parameters_agree_with_least_squares_fits_of_whole_tracks() {
             assert!((got / want - 1.0).abs() < 0.003, "{kind}: {got} {want}");
         }
         let nominal = fit(&campaign(kind), &[]).unwrap();
+        // Kinds disagree about the track width, as the tyres scrub: all together need a fourth number.
+        let model = if kind.is_empty() {
+            fit(&campaign(kind), &[&three[..], &[find("scrub").unwrap()]].concat()).unwrap()
+        } else {
+            model
+        };
         let errors = [nominal, model].map(|model| model.errors.cross_validated.position_rms_m);
         // Of all runs of the session 19.8, 39.8 and 25.8 mm nominal; these are a third of them.
         assert!((errors[0] / nominal_m - 1.0).abs() < 0.2, "{kind}: {errors:?}");

@@ -114,7 +114,7 @@ fn what_explain_chooses_is_no_worse_on_unseen_runs_than_three_parameters_and_say
         let named = answer.steps.iter().any(|step| step.class.iter().any(|member| member == id));
         assert!(named, "{id}: {:?}", answer.steps);
     }
-    // Spins and circles disagree about the track width: the tyres scrub, and without that it is a half more.
+    // Spins and circles disagree about the track width, as the tyres scrub; without that the error is nearly twice as large.
     assert!(answer.steps.iter().any(|step| step.effect == "scrub"), "{:?}", answer.steps);
     assert!(last < 0.65 * three, "{last} against {three}");
     // That is not all.
@@ -152,6 +152,6 @@ fn fitted_to_some_kinds_of_run_explain_predicts_the_others_no_worse_than_three_p
             assert!(has, "{id} without a reason");
         }
     }
-    // Where one kind shows neither arcs nor spins, nothing tells more than the three numbers do. The others make up for it.
+    // Circles alone show no spins, and spins no arcs: there nothing tells more than the three numbers do.
     assert!(better >= 3 && sums_m[0] < 0.8 * sums_m[1], "better in {better} of 6: {sums_m:?} m");
 }

@@ -6,6 +6,7 @@
 use core::ops::{Deref, Range};
 
 use crate::effect::definition::{Change, Effect, Memory, Role, View};
+use crate::effect::slopes::{Slopes, WheelsAndTurn};
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::motion::Step;
@@ -137,7 +138,7 @@ impl<'t, 'a> Terms<'t, 'a> {
     }
 }
 
-/// The motion of the robot in one step, in its own frame at the middle of the turn; or the derivative of that.
+/// The motion of the robot in one step, in its own frame at the middle of the turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Increment {
     pub travel_m: f64,
@@ -151,9 +152,9 @@ pub(crate) struct Composer<'a> {
     terms: Vec<(&'a Term<'a>, Option<usize>)>,
     parameters: Vec<[Jet; PARAMETERS_MAX]>,
     memories: Vec<Memory>,
-    changes: Vec<Change>,
-    /// The derivative of the last step's increment by each column.
-    pub by_column: Vec<Increment>,
+    columns: usize,
+    /// The derivatives of the last step's increment by each column.
+    pub slopes: Slopes,
 }
 
 impl<'a> Composer<'a> {
@@ -162,8 +163,8 @@ impl<'a> Composer<'a> {
         Self {
             parameters: each.iter().map(|(term, _)| Jet::parameters(&term.values)).collect(),
             memories: vec![Memory::default(); each.len()],
-            changes: vec![Change::NONE; each.len()],
-            by_column: vec![Increment::default(); columns],
+            columns,
+            slopes: Slopes::new(columns),
             terms: each,
         }
     }
@@ -172,13 +173,13 @@ impl<'a> Composer<'a> {
     pub fn without_derivatives(terms: Terms<'a, 'a>) -> Self {
         let composer = Self::new(terms);
         let terms = composer.terms.iter().map(|(term, _)| (*term, None)).collect();
-        Self { terms, by_column: Vec::new(), ..composer }
+        Self { terms, columns: 0, slopes: Slopes::new(0), ..composer }
     }
 
     /// What all terms together change in the measured pose, and its derivative by each column.
     pub fn view(&self) -> (View, Vec<View>) {
         let mut sum = View::NONE;
-        let mut by_column = vec![View::NONE; self.by_column.len()];
+        let mut by_column = vec![View::NONE; self.columns];
         for ((term, first), p) in self.terms.iter().zip(&self.parameters) {
             let view = term.effect.observe(p);
             sum.offset_m[0].value += view.offset_m[0].value;
@@ -194,7 +195,7 @@ impl<'a> Composer<'a> {
         (sum, by_column)
     }
 
-    /// The increment of a step; [`Composer::by_column`] has its derivatives afterwards.
+    /// The increment of a step; [`Composer::slopes`] has its derivatives afterwards.
     pub fn step(&mut self, step: &Step) -> Increment {
         let mut angle = step.dphi_rad;
         let mut travel = WheelPair::both(1.0);
@@ -210,38 +211,21 @@ impl<'a> Composer<'a> {
             sum.sideways_m += change.sideways_m.value;
             sum.drift_m[0] += change.drift_m[0].value;
             sum.drift_m[1] += change.drift_m[1].value;
-            if first.is_some() {
-                self.changes[i] = change;
+            if let Some(first) = first {
+                self.slopes.set(*first..first + term.values.len(), &change);
             }
         }
         let wheels_m = angle.zip(travel).map(|(dphi, factor)| step.wheel_radius_m * dphi * factor);
         let wheel_turn_rad = wheels_m.difference() / step.track_width_m;
         sum.travel_m = wheels_m.mean();
         sum.turn_rad += wheel_turn_rad * turning;
-        for ((term, first), change) in self.terms.iter().zip(&self.changes) {
-            let Some(first) = first else { continue };
-            // Derivatives of a wheel's travel and of the turn, by what this effect changes.
-            let by_angle = travel.map(|factor| step.wheel_radius_m * factor);
-            let by_travel =
-                wheels_m.zip(change.travel).map(|(ds_m, travel)| ds_m / (1.0 + travel.value));
-            let by_difference = turning / step.track_width_m;
-            let by_turning = wheel_turn_rad * turning / (1.0 + change.turning.value);
-            for j in 0..term.values.len() {
-                let by_wheel = by_angle
-                    .zip(by_travel)
-                    .zip(change.angle_rad.zip(change.travel))
-                    .map(|((by_angle, by_travel), (angle, travel))| {
-                        by_angle * angle.by[j] + by_travel * travel.by[j]
-                    });
-                self.by_column[first + j] = Increment {
-                    travel_m: by_wheel.mean(),
-                    turn_rad: by_wheel.difference() * by_difference
-                        + by_turning * change.turning.by[j]
-                        + change.turn_rad.by[j],
-                    sideways_m: change.sideways_m.by[j],
-                    drift_m: change.drift_m.map(|drift| drift.by[j]),
-                };
-            }
+        if self.columns > 0 {
+            self.slopes.combine(&WheelsAndTurn {
+                by_angle_m: travel.map(|factor| step.wheel_radius_m * factor),
+                wheels_m,
+                by_difference: turning / step.track_width_m,
+                turn_rad: wheel_turn_rad * turning,
+            });
         }
         sum
     }

@@ -20,6 +20,7 @@
 //! | [`custom`] | effects that a user writes as an expression |
 //! | `known_effect.rs` | [`KnownEffect`]: an effect by its id, built in or a user's own |
 //! | `composition.rs` | equations (1) to (4) for all effects of a model together |
+//! | `slopes.rs` | how travel and turn of a step depend on every free parameter |
 //! | `net_change.rs` | [`NetChange`]: what an effect adds up to over a campaign, in one number |
 //!
 //! [`crate::estimation`] fits the parameters, `selection` decides which effects a robot has.
@@ -30,6 +31,7 @@ pub mod custom;
 pub(crate) mod definition;
 pub(crate) mod known_effect;
 pub(crate) mod net_change;
+pub(crate) mod slopes;
 #[cfg(test)]
 mod tests;
 

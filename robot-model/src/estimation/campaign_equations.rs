@@ -13,13 +13,16 @@ use crate::effect::definition::Role;
 use crate::estimation::ekf::whiten;
 use crate::estimation::gyro::whiten_gyro;
 use crate::estimation::normal_equations::{EquationsWithout, NormalEquations, Sums};
-use crate::estimation::row_adder::RowAdder;
+use crate::estimation::row_adder::{KeptRows, RowAdder};
 use crate::recording::campaign::{Prepared, PreparedRun};
 use crate::recording::odometry_noise::OdometryNoise;
 use crate::recording::run_kind::RunKind;
 
 /// A single run, or one that alone shows a column, is cut into this many blocks, so that it can be cross-validated.
 const BLOCKS: usize = 8;
+/// Of the rows of all runs so many numbers are kept at most until it is known which runs are cut into blocks: with them no
+/// run has to be filtered again.
+const ROWS_KEPT: usize = 1 << 25;
 /// With this share of the information about a column, a run is the only one that shows it.
 const ALONE_SHARE: f64 = 0.9;
 
@@ -82,29 +85,51 @@ impl CampaignEquations {
     pub fn gather(prepared: &Prepared, terms: &[PlacedTerm<'_>], noise: &OdometryNoise) -> Self {
         let free = Terms::Free(terms);
         let columns = free.columns();
-        let sums_of = |run: &PreparedRun, blocks: usize| {
-            let mut adder = RowAdder::new(columns, run.motion.steps.len(), blocks);
-            whiten(&run.motion, &run.recording.measured_poses, free, noise, &mut adder);
-            whiten_gyro(run, free, noise, &mut adder);
-            adder.sums()
+        let whiten_run = |run: &PreparedRun, observer: &mut KeptRows| {
+            whiten(&run.motion, &run.recording.measured_poses, free, noise, observer);
+            whiten_gyro(run, free, noise, observer);
+        };
+        let adder = |run: &PreparedRun, blocks: usize| {
+            RowAdder::new(columns, run.motion.steps.len(), blocks)
         };
         let only_run = prepared.runs.len() == 1;
         let blocks = if only_run { BLOCKS } else { 1 };
-        let gathered = crate::numeric::parallel::map(&prepared.runs, |run| sums_of(run, blocks));
+        let numbers_max = ROWS_KEPT / prepared.runs.len().max(1);
+        let gathered = crate::numeric::parallel::map(&prepared.runs, |run| {
+            let mut rows = KeptRows::new(adder(run, blocks), numbers_max);
+            whiten_run(run, &mut rows);
+            rows.sums()
+        });
         let mut folds: Vec<Fold> = Vec::new();
+        let mut rows = Vec::new();
         let mut total = NormalEquations::zeros(columns);
-        for (index, blocks) in gathered.into_iter().enumerate() {
+        for (run, (blocks, kept)) in gathered.into_iter().enumerate() {
             for sums in blocks {
                 total.add(&sums);
                 if sums.rows > 0.0 {
-                    let kind = prepared.runs[index].kind;
-                    folds.push(Fold { run: index, kind, sums, blocks: Vec::new() });
+                    let kind = prepared.runs[run].kind;
+                    folds.push(Fold { run, kind, sums, blocks: Vec::new() });
                 }
             }
+            rows.push(kept);
         }
-        for fold in folds.iter_mut().filter(|_| !only_run) {
-            if (0..columns).any(|column| fold.alone_shows(&total, column)) {
-                fold.blocks = sums_of(&prepared.runs[fold.run], BLOCKS);
+        if !only_run {
+            let is_alone =
+                |fold: &&mut Fold| (0..columns).any(|column| fold.alone_shows(&total, column));
+            let mut alone: Vec<&mut Fold> = folds.iter_mut().filter(is_alone).collect();
+            let blocks = crate::numeric::parallel::map(&alone, |fold| {
+                let run = &prepared.runs[fold.run];
+                match &rows[fold.run] {
+                    Some(kept) => kept.added_to(adder(run, BLOCKS)),
+                    None => {
+                        let mut again = KeptRows::new(adder(run, BLOCKS), 0);
+                        whiten_run(run, &mut again);
+                        again.sums().0
+                    }
+                }
+            });
+            for (fold, blocks) in alone.iter_mut().zip(blocks) {
+                fold.blocks = blocks;
             }
         }
         Self { folds, total, priors: priors(terms) }

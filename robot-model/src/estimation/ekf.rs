@@ -30,9 +30,8 @@
 use crate::effect::composition::{Composer, Increment, Terms};
 use crate::effect::definition::View;
 use crate::estimation::predict::open_loop;
-use crate::estimation::state::{
-    PSI, Quantity, STATES, ScalarMeasurement, State, Update, Variances,
-};
+use crate::estimation::sensitivities::Sensitivities;
+use crate::estimation::state::{Quantity, ScalarMeasurement, State, Update, Variances};
 use crate::estimation::transition::{TIME_ROUNDING_S, Transition, within};
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::Direction;
@@ -72,10 +71,11 @@ pub(crate) trait FilterObserver {
 pub(crate) struct Filter<'a> {
     composer: Composer<'a>,
     view: View,
-    view_by_column: Vec<View>,
+    /// The columns on which the view depends, and how.
+    views: Vec<(usize, View)>,
     noise: Variances<f64>,
     state: State<f64>,
-    sensitivity: Vec<[f64; STATES]>,
+    sensitivities: Sensitivities,
     row: Vec<f64>,
     times: TimeOfRun,
 }
@@ -91,13 +91,14 @@ pub(crate) fn whiten(
     let Some(start) = start_pose(motion, measurements, terms) else { return };
     let (composer, columns) = (Composer::new(terms), terms.columns());
     let (view, view_by_column) = composer.view();
+    let views = view_by_column.into_iter().enumerate().filter(|(_, view)| *view != View::NONE);
     let mut filter = Filter {
         composer,
         view,
-        view_by_column,
+        views: views.collect(),
         noise: Variances::of(noise),
         state: State::new(start.to_array()),
-        sensitivity: vec![[0.0; STATES]; columns],
+        sensitivities: Sensitivities::new(columns),
         row: vec![0.0; columns],
         times: TimeOfRun::of(within(motion, measurements).map(|pose| pose.t_s)),
     };
@@ -198,16 +199,9 @@ impl Filter<'_> {
         }
         observer.motion(step, increment, share);
         let there = Transition::new(self.state.pose(), increment, share);
-        let [gx, gy] = there.by_heading;
         let fade = self.noise.wobble_fade(step.dt_s * share);
-        for (s, change) in self.sensitivity.iter_mut().zip(&self.composer.by_column) {
-            let moved = there.differential(change, share);
-            s[0] += gx * s[2] + moved[0];
-            s[1] += gy * s[2] + moved[1];
-            s[2] += moved[2];
-            s[3..PSI].iter_mut().for_each(|error| *error *= fade);
-        }
-        self.state.predict(there.pose.to_array(), [gx, gy], fade);
+        self.sensitivities.advance(&there, &self.composer.slopes, share, fade);
+        self.state.predict(there.pose.to_array(), there.by_heading, fade);
         let rolled_m = step.rolled_m() * share;
         self.state.add_process_noise(&self.noise, rolled_m, fade);
     }
@@ -234,13 +228,12 @@ impl Filter<'_> {
         self.state.set_pose([position_m[0] - offset[0], position_m[1] - offset[1], heading_rad]);
         let velocity = self.velocity(step, facing);
         self.state.start(&self.noise, heading_var, by_heading, velocity);
-        for (view, s) in self.view_by_column.iter().zip(&mut self.sensitivity) {
+        for (column, view) in &self.views {
             let slope = |quantity| view_slope(view, quantity, velocity, facing);
             let turned = -slope(Quantity::Heading);
-            *s = [0.0; STATES];
-            s[0] = -slope(Quantity::X) - by_heading[0] * turned;
-            s[1] = -slope(Quantity::Y) - by_heading[1] * turned;
-            s[2] = turned;
+            let x = -slope(Quantity::X) - by_heading[0] * turned;
+            let y = -slope(Quantity::Y) - by_heading[1] * turned;
+            self.sensitivities.start(*column, [x, y, turned]);
         }
     }
 
@@ -265,12 +258,11 @@ impl Filter<'_> {
                 ScalarMeasurement { quantity, measured, offset, by_heading, velocity, when };
             let update = self.state.innovation(&self.noise, &scalar);
             let weight = 1.0 / update.variance.sqrt();
-            for (column, s) in self.sensitivity.iter_mut().enumerate() {
-                let view = &self.view_by_column[column];
-                let j = update.reading.along(s) + view_slope(view, quantity, velocity, facing);
-                self.row[column] = j * weight;
-                s.iter_mut().zip(update.gain).for_each(|(s, k)| *s -= k * j);
+            self.row.fill(0.0);
+            for (column, view) in &self.views {
+                self.row[*column] = view_slope(view, quantity, velocity, facing);
             }
+            self.sensitivities.measure(&update.reading, &update.gain, weight, &mut self.row);
             self.state.update(&update);
             let Update { nu: value, variance, .. } = update;
             observer.row(Innovation { step: index, value, variance }, &self.row);

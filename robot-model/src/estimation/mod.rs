@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | `ekf.rs` | the filter over one run: innovations and their whitened derivatives |
 //! | `state.rs` | the filter's state and covariance: predict, add process noise, update |
+//! | `sensitivities.rs` | how the state depends on every parameter |
 //! | `transition.rs` | one step of the pose, and its derivatives |
 //! | `gyro.rs` | the same for the yaw rate sensor |
 //! | `normal_equations.rs`, `row_adder.rs` | sums of whitened rows; what adds them up |
@@ -35,6 +36,7 @@ pub(crate) mod normal_equations;
 pub(crate) mod predict;
 pub(crate) mod profile_likelihood;
 pub(crate) mod row_adder;
+pub(crate) mod sensitivities;
 pub(crate) mod state;
 pub(crate) mod tolerance;
 pub(crate) mod transition;

@@ -2,13 +2,16 @@
 
 use std::sync::Arc;
 
+use multiversion::multiversion;
+use nalgebra::DMatrix;
+
 use crate::estimation::blocks::block_of;
 use crate::estimation::ekf::{FilterObserver, Innovation};
 use crate::estimation::normal_equations::NormalEquations;
 
 /// So many rows are added to the matrix at once: it is read and written once for all of them, which takes longer than
 /// the arithmetic.
-const AT_ONCE: usize = 4;
+const AT_ONCE: usize = 8;
 
 /// Adds rows up, in the block that their step belongs to.
 pub(crate) struct RowAdder {
@@ -17,31 +20,46 @@ pub(crate) struct RowAdder {
     blocks: Vec<Block>,
 }
 
-/// The sums of one block. Of J'J, the lower triangle alone, column by column.
-#[derive(Clone)]
+/// The sums of one block.
 struct Block {
     sums: NormalEquations,
-    /// Rows that are not in J'J yet.
+    /// Rows that are not in `products` yet.
     waiting: [Vec<f64>; AT_ONCE],
     waits: usize,
+    products: Products,
+}
+
+/// J'J of those columns that are not zero in all rows: a place on the floor has columns of its own, and a run comes to few.
+struct Products {
+    /// The columns, in the order in which they came.
+    columns: Vec<usize>,
+    /// Whether each column is among them.
+    is_in: Vec<bool>,
+    /// Their products: the lower triangle alone, column by column.
+    gram: Vec<f64>,
+    /// So many rows and columns fit in.
+    side: usize,
+    /// The waiting rows, of these columns alone.
+    rows: [Vec<f64>; AT_ONCE],
 }
 
 impl RowAdder {
     /// For rows of so many columns, of a run of so many steps that is cut into blocks.
     pub fn new(columns: usize, steps: usize, blocks: usize) -> Self {
-        let block = Block {
+        let block = || Block {
             sums: NormalEquations::zeros(columns),
             waiting: core::array::from_fn(|_| vec![0.0; columns]),
             waits: 0,
+            products: Products::new(columns),
         };
-        Self { columns, steps, blocks: vec![block; blocks] }
+        Self { columns, steps, blocks: (0..blocks).map(|_| block()).collect() }
     }
 
     /// The sums of each block.
     pub fn sums(self) -> Vec<NormalEquations> {
         let finished = self.blocks.into_iter().map(|mut block| {
             block.add_waiting();
-            Arc::make_mut(&mut block.sums.gram).fill_upper_triangle_with_lower_triangle();
+            block.products.write(Arc::make_mut(&mut block.sums.gram));
             block.sums
         });
         finished.collect()
@@ -67,6 +85,61 @@ impl FilterObserver for RowAdder {
     }
 }
 
+/// Adds rows up, and keeps them as well as long as they are not too many.
+pub(crate) struct KeptRows {
+    adder: RowAdder,
+    innovations: Vec<Innovation>,
+    /// One row after the other.
+    rows: Vec<f64>,
+    /// No row is kept if the rows have more numbers.
+    numbers_max: usize,
+    too_many: bool,
+}
+
+impl KeptRows {
+    pub fn new(adder: RowAdder, numbers_max: usize) -> Self {
+        Self { adder, innovations: Vec::new(), rows: Vec::new(), numbers_max, too_many: false }
+    }
+
+    /// The sums of each block; and the rows, where they are kept.
+    pub fn sums(self) -> (Vec<NormalEquations>, Option<RowsOfRun>) {
+        let Self { adder, innovations, rows, too_many, .. } = self;
+        let kept = RowsOfRun { columns: adder.columns, innovations, rows };
+        (adder.sums(), (!too_many).then_some(kept))
+    }
+}
+
+impl FilterObserver for KeptRows {
+    fn row(&mut self, innovation: Innovation, row: &[f64]) {
+        self.adder.row(innovation, row);
+        self.too_many |= self.rows.len() + row.len() > self.numbers_max;
+        if self.too_many {
+            (self.innovations, self.rows) = (Vec::new(), Vec::new());
+        } else {
+            self.innovations.push(innovation);
+            self.rows.extend_from_slice(row);
+        }
+    }
+}
+
+/// All rows of a run.
+pub(crate) struct RowsOfRun {
+    columns: usize,
+    innovations: Vec<Innovation>,
+    rows: Vec<f64>,
+}
+
+impl RowsOfRun {
+    /// The sums of each block of this adder, with these rows added.
+    pub fn added_to(&self, mut adder: RowAdder) -> Vec<NormalEquations> {
+        for (index, innovation) in self.innovations.iter().enumerate() {
+            let row = &self.rows[index * self.columns..(index + 1) * self.columns];
+            adder.row(*innovation, row);
+        }
+        adder.sums()
+    }
+}
+
 impl Block {
     /// Adds the waiting rows to J'J.
     fn add_waiting(&mut self) {
@@ -74,25 +147,89 @@ impl Block {
             row.fill(0.0);
         }
         self.waits = 0;
-        let [a, b, c, d] = &self.waiting;
-        let columns = a.len().max(1);
-        let gram = Arc::make_mut(&mut self.sums.gram).as_mut_slice();
-        for (j, below) in gram.chunks_exact_mut(columns).enumerate() {
-            let by = [a[j], b[j], c[j], d[j]];
-            if by == [0.0; AT_ONCE] {
-                continue;
+        self.products.add(&self.waiting);
+    }
+}
+
+impl Products {
+    fn new(columns: usize) -> Self {
+        Self {
+            columns: Vec::with_capacity(columns),
+            is_in: vec![false; columns],
+            gram: Vec::new(),
+            side: 0,
+            rows: core::array::from_fn(|_| Vec::with_capacity(columns)),
+        }
+    }
+
+    fn add(&mut self, waiting: &[Vec<f64>; AT_ONCE]) {
+        for (column, is_in) in self.is_in.iter_mut().enumerate() {
+            if !*is_in && waiting.iter().any(|row| row[column] != 0.0) {
+                *is_in = true;
+                self.columns.push(column);
             }
-            let rows = a[j..].iter().zip(&b[j..]).zip(&c[j..]).zip(&d[j..]);
-            for (slot, (((a, b), c), d)) in below[j..].iter_mut().zip(rows) {
-                *slot += (a * by[0] + b * by[1]) + (c * by[2] + d * by[3]);
+        }
+        self.make_room();
+        for (row, all) in self.rows.iter_mut().zip(waiting) {
+            row.clear();
+            row.extend(self.columns.iter().map(|column| all[*column]));
+        }
+        if self.side > 0 {
+            add_products(&mut self.gram, self.side, &self.rows);
+        }
+    }
+
+    /// Makes the matrix larger if columns have come.
+    fn make_room(&mut self) {
+        let needed = self.columns.len();
+        if needed <= self.side {
+            return;
+        }
+        // Most come with the first rows, the others a few at a time.
+        let side = (needed + needed / 8).min(self.is_in.len());
+        let mut larger = vec![0.0; side * side];
+        if self.side > 0 {
+            let columns = self.gram.chunks_exact(self.side).zip(larger.chunks_exact_mut(side));
+            for (from, to) in columns {
+                to[..self.side].copy_from_slice(from);
             }
+        }
+        (self.gram, self.side) = (larger, side);
+    }
+
+    /// Writes both triangles of J'J.
+    fn write(&self, all: &mut DMatrix<f64>) {
+        for (j, column) in self.columns.iter().enumerate() {
+            for (i, row) in self.columns.iter().enumerate().skip(j) {
+                let product = self.gram[j * self.side + i];
+                all[(*row, *column)] = product;
+                all[(*column, *row)] = product;
+            }
+        }
+    }
+}
+
+/// Adds the products of these rows to the lower triangle of a matrix with so long columns.
+#[multiversion(targets("x86_64+avx512f", "x86_64+avx2"))]
+fn add_products(gram: &mut [f64], side: usize, rows: &[Vec<f64>; AT_ONCE]) {
+    let n = rows[0].len();
+    let [a, b, c, d, e, f, g, h] = rows;
+    for (j, column) in gram.chunks_exact_mut(side).take(n).enumerate() {
+        let (a, b, c, d) = (&a[j..n], &b[j..n], &c[j..n], &d[j..n]);
+        let (e, f, g, h) = (&e[j..n], &f[j..n], &g[j..n], &h[j..n]);
+        let column = &mut column[j..n];
+        let by = [a[0], b[0], c[0], d[0], e[0], f[0], g[0], h[0]];
+        for i in 0..n - j {
+            let first = (a[i] * by[0] + b[i] * by[1]) + (c[i] * by[2] + d[i] * by[3]);
+            let second = (e[i] * by[4] + f[i] * by[5]) + (g[i] * by[6] + h[i] * by[7]);
+            column[i] = column[i] + first + second;
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{DMatrix, DVector};
+    use nalgebra::DVector;
 
     use super::*;
 

@@ -14,7 +14,7 @@ use crate::recording::odometry_noise::{NUMBERS, OdometryNoise};
 /// Numbers of the state.
 pub(crate) const STATES: usize = 9;
 /// Of them, theta.
-const THETA: usize = 2;
+pub(crate) const THETA: usize = 2;
 /// Of them, the first of e.
 const E: usize = 3;
 /// Of them, psi: the sensor's heading less that of the robot \[rad\].
@@ -140,13 +140,14 @@ pub(crate) struct Reading<T> {
 
 impl<T: Number> Reading<T> {
     /// H times a column of numbers, one for each state.
-    pub fn along(&self, column: &[T; STATES]) -> T {
-        column[self.axis]
-            + column[self.axis + E]
-            + self.lever * column[THETA]
-            + self.by_psi * column[PSI]
-            + self.by_tau * column[TAU]
-            + self.by_delta * column[DELTA]
+    #[inline(always)]
+    pub fn along(&self, of_state: impl Fn(usize) -> T) -> T {
+        of_state(self.axis)
+            + of_state(self.axis + E)
+            + self.lever * of_state(THETA)
+            + self.by_psi * of_state(PSI)
+            + self.by_tau * of_state(TAU)
+            + self.by_delta * of_state(DELTA)
     }
 }
 
@@ -352,7 +353,7 @@ impl<T: Number> State<T> {
             let own = own + by_tau * p.at(i, TAU) + by_delta * p.at(i, DELTA);
             own + if AXIS == THETA { p.at(i, PSI) } else { lever * p.at(i, THETA) }
         });
-        let variance = reading.along(&ph) + noise_var;
+        let variance = reading.along(|state| ph[state]) + noise_var;
         let weight = T::of(1.0) / variance;
         let gain = ph.map(|covariance| covariance * weight);
         Update { reading, nu, variance, gain, ph }

@@ -13,9 +13,9 @@ pub(crate) struct Transition {
     /// Derivative of x and y by the heading.
     pub by_heading: [f64; 2],
     /// Derivative of x and y by the turn.
-    by_turn: [f64; 2],
-    /// sinc(turn/2) times the unit vector ahead.
-    ahead: [f64; 2],
+    pub by_turn: [f64; 2],
+    /// sinc(turn/2) times the unit vector ahead: the derivative by the travel.
+    pub ahead: [f64; 2],
 }
 
 impl Transition {
@@ -38,18 +38,6 @@ impl Transition {
             by_turn: [0.5 * (slope * chord[0] - moved[1]), 0.5 * (slope * chord[1] + moved[0])],
             ahead: [shorter * cos, shorter * sin],
         }
-    }
-
-    /// The change of the pose by a small change of the increment.
-    pub fn differential(&self, change: &Increment, share: f64) -> [f64; 3] {
-        let [cos, sin] = self.ahead;
-        let ahead = change.travel_m * cos - change.sideways_m * sin;
-        let left = change.travel_m * sin + change.sideways_m * cos;
-        [
-            share * (ahead + self.by_turn[0] * change.turn_rad + change.drift_m[0]),
-            share * (left + self.by_turn[1] * change.turn_rad + change.drift_m[1]),
-            share * change.turn_rad,
-        ]
     }
 }
 

@@ -11,15 +11,15 @@ pub const PARAMETERS_MAX: usize = 4;
 
 /// A value and its derivatives by the parameters of one effect.
 ///
-/// The alignment is for speed: the compiler loads two numbers at once that were stored just before. Where these were
-/// stored in other pairs, the processor waits for both stores, which takes longer than the arithmetic.
+/// Alignment and order are for speed: the compiler loads two derivatives at once that were stored just before. Where these
+/// were stored in other pairs, the processor waits for both stores, which takes longer than the arithmetic.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(16))]
 pub struct Jet {
-    /// The value.
-    pub value: f64,
     /// The partial derivatives.
     pub by: [f64; PARAMETERS_MAX],
+    /// The value.
+    pub value: f64,
 }
 
 impl Jet {

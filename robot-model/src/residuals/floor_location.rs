@@ -62,20 +62,36 @@ static FLOOR_PATCH: Facts<'static> = Facts {
     ..Facts::DEFAULT
 };
 
+/// Where the weight of (1) or (3) is less, a place does nothing.
+const WEIGHT_MIN: f64 = 3e-4;
+
+impl FloorPatch {
+    /// So far from its middle it does nothing \[m\].
+    fn nothing_from_m(&self) -> f64 {
+        // exp(-1.7^4) and exp(-4.1^2 / 2) are less than `WEIGHT_MIN`.
+        self.reach_m * if self.edged { 1.7_f64.sqrt() } else { 4.1 }
+    }
+}
+
 impl Effect for FloorPatch {
     fn facts(&self) -> Facts<'_> {
         FLOOR_PATCH
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
+        let away_m = [step.place_m[0] - self.at_m[0], step.place_m[1] - self.at_m[1]];
+        let from_m = self.nothing_from_m() + step.track_width_m / 2.0;
+        // Most places are far away in most steps.
+        if away_m[0] * away_m[0] + away_m[1] * away_m[1] > from_m * from_m {
+            return Change::NONE;
+        }
         let places = wheel_places_m(step.place_m, step.heading_rad, step.track_width_m);
         let (ds_m, accel) = (step.wheel_travel_m(), step.wheel_accel_mps2);
         let share = |[x_m, y_m]: [f64; 2], ds_m: f64, accel_mps2: f64| {
             let (dx, dy) = (x_m - self.at_m[0], y_m - self.at_m[1]);
             let square = (dx * dx + dy * dy) / (self.reach_m * self.reach_m);
             let weight = if self.edged { (-square.powi(4)).exp() } else { (-square / 2.0).exp() };
-            // Beyond four reaches the place does nothing.
-            if weight < 3e-4 {
+            if weight < WEIGHT_MIN {
                 return Jet::ZERO;
             }
             p[0] * weight + p[1] * (weight * accel_mps2 * ds_m.signum())

@@ -6,6 +6,7 @@ mod units;
 
 use super::*;
 use crate::effect::composition::{Composer, Increment, PlacedTerm, Term, Terms};
+use crate::effect::slopes::Slopes;
 use crate::kinematics::wheel_pair::WheelPair;
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
 use crate::recording::excitation::Excitation;
@@ -200,8 +201,10 @@ fn the_derivatives_of_all_effects_together_are_those_of_high_order_differences()
         .iter()
         .map(|step| {
             composer.step(step);
-            let slopes = composer.by_column.iter();
-            slopes.map(five).collect()
+            let Slopes { travel_m, sideways_m, turn_rad, drift_m, .. } = &composer.slopes;
+            let by =
+                |c: usize| [travel_m[c], sideways_m[c], turn_rad[c], drift_m[0][c], drift_m[1][c]];
+            (0..travel_m.len()).map(by).collect()
         })
         .collect();
     for (index, term) in terms.iter().enumerate() {

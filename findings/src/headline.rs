@@ -124,7 +124,8 @@ fn nothing_missing(
     if answer.unexplained.only_outliers() {
         return format!(
             "Nothing is missing from the robot's model, but the measured poses of {} have more outliers than noise has: look \
-             for wrong time stamps, frames that come twice, blur and reflections.",
+             for wrong time stamps, frames that come twice, blur and reflections, and for wheels that slip or counts that are lost for \
+             a moment.",
             these(runs)
         );
     }

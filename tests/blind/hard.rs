@@ -6,9 +6,11 @@
 //! wobble     poses err by 2 cm in x and in y and by 10 mrad, correlated over 2 s                            (1)
 //! clock      poses are stamped late by a constant of 0.4 to 5 s, or early
 //! ends       only the first and the last pose of each run are measured
+//! sync       each run's poses were brought to the encoders' clock at both ends, to 20 ms: late by e_0 (1 - u) + e_1 u  (2)
 //! ```
 //!
-//! (1) e(t + d) = e(t) exp(-d/T) + s sqrt(1 - exp(-2 d/T)) n, n standard normal. Late is positive.
+//! (1) e(t + d) = e(t) exp(-d/T) + s sqrt(1 - exp(-2 d/T)) n, n standard normal. Late is positive. (2) e_0 and e_1 are drawn for
+//! each run, u goes from 0 at its first pose to 1 at its last.
 
 use campaign::{Campaign, Row};
 use rand::{RngExt, SeedableRng};
@@ -20,6 +22,8 @@ use super::kinematic::normal;
 pub const WOBBLE: [f64; 2] = [0.02, 0.01];
 /// T of (1) \[s\].
 const WOBBLE_S: f64 = 2.0;
+/// Standard deviation of e_0 and e_1 of (2) \[s\].
+const SYNC_S: f64 = 0.02;
 
 /// In which way a campaign is hard.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -35,10 +39,16 @@ pub enum Hard {
     Clock,
     /// First and last poses only.
     Ends,
+    /// A clock for each run, synchronised at both ends.
+    Sync,
 }
 
 impl Hard {
-    /// Of six campaigns, one each, but two with a wrong data sheet.
+    /// All of them.
+    pub const ALL: [Self; 6] =
+        [Self::None, Self::Geometry, Self::Wobble, Self::Clock, Self::Ends, Self::Sync];
+
+    /// Of six campaigns, one each, but two with a wrong data sheet. Hard by `Sync` are those that are asked for.
     pub const TURNS: [Self; 6] =
         [Self::None, Self::Geometry, Self::Geometry, Self::Wobble, Self::Clock, Self::Ends];
 
@@ -50,6 +60,7 @@ impl Hard {
             Self::Wobble => "wobble",
             Self::Clock => "clock",
             Self::Ends => "ends",
+            Self::Sync => "sync",
         }
     }
 
@@ -58,7 +69,7 @@ impl Hard {
         match self {
             Self::Geometry => &GEOMETRY,
             Self::Clock => &["measurement_delay"],
-            Self::None | Self::Wobble | Self::Ends => &[],
+            Self::None | Self::Wobble | Self::Ends | Self::Sync => &[],
         }
     }
 }
@@ -98,7 +109,7 @@ impl Difficulty {
                 Self { radius, track, ratio: if ratio { share } else { 0.0 }, ..easy }
             }
             Hard::Clock => Self { late_s, ..easy },
-            Hard::None | Hard::Wobble | Hard::Ends => easy,
+            Hard::None | Hard::Wobble | Hard::Ends | Hard::Sync => easy,
         }
     }
 
@@ -119,6 +130,13 @@ impl Difficulty {
                 }
             }
             Hard::Ends => campaign.runs.iter_mut().for_each(|run| keep_ends(&mut run.rows)),
+            Hard::Sync => {
+                let mut rng = ChaCha8Rng::seed_from_u64(self.seed ^ 0x7379_6e63);
+                campaign
+                    .runs
+                    .iter_mut()
+                    .for_each(|run| run.rows = synchronised(&run.rows, &mut rng));
+            }
             Hard::None | Hard::Geometry | Hard::Clock => {}
         }
     }
@@ -131,7 +149,7 @@ impl Difficulty {
             campaign
                 .runs
                 .iter_mut()
-                .for_each(|run| run.rows = stamped_late(&run.rows, self.late_s));
+                .for_each(|run| run.rows = stamped_late(&run.rows, |_| self.late_s));
         }
     }
 }
@@ -172,14 +190,25 @@ fn keep_ends(rows: &mut Vec<Row>) {
     rows.retain(|row| has_pose(row) || row.counts.left.is_some() || row.gyro_z_rad_s.is_some());
 }
 
-/// The same rows with all poses stamped later.
-fn stamped_late(rows: &[Row], late_s: f64) -> Vec<Row> {
+/// (2).
+fn synchronised(rows: &[Row], rng: &mut ChaCha8Rng) -> Vec<Row> {
+    let [begin_s, end_s] = [0, 1].map(|_| SYNC_S * normal(rng));
+    let mut times_s = rows.iter().filter(|row| has_pose(row)).map(|row| row.t_s);
+    let first_s = times_s.next().unwrap_or(0.0);
+    let last_s = times_s.next_back().unwrap_or(first_s);
+    let share =
+        |t_s: f64| if last_s > first_s { (t_s - first_s) / (last_s - first_s) } else { 0.0 };
+    stamped_late(rows, |t_s| begin_s + (end_s - begin_s) * share(t_s))
+}
+
+/// The same rows with poses stamped later, each by a function of its time.
+fn stamped_late(rows: &[Row], late_s: impl Fn(f64) -> f64) -> Vec<Row> {
     let mut all: Vec<Row> = Vec::with_capacity(2 * rows.len());
     for row in rows {
         let Row { x_m, y_m, heading_rad, .. } = *row;
         if has_pose(row) {
             // Times in a file are whole microseconds.
-            let t_s = ((row.t_s + late_s) * 1e6).round() * 1e-6;
+            let t_s = ((row.t_s + late_s(row.t_s)) * 1e6).round() * 1e-6;
             all.push(Row { t_s, x_m, y_m, heading_rad, ..Row::default() });
         }
         let rest = Row { x_m: None, y_m: None, heading_rad: None, ..*row };
@@ -222,7 +251,7 @@ mod tests {
     #[test]
     fn late_poses_keep_their_values_and_counts_their_times() {
         let before = rows();
-        let after = stamped_late(&before, 0.1);
+        let after = stamped_late(&before, |_| 0.1);
         assert!(after.is_sorted_by(|a, b| a.t_s < b.t_s));
         let count = |rows: &[Row]| {
             let counts = rows.iter().filter(|row| row.counts.left.is_some()).count();
@@ -245,6 +274,24 @@ mod tests {
         let next = errors.windows(21).map(|w| w[0] * w[20]).sum::<f64>() / errors.len() as f64;
         // Two seconds later, exp(-1).
         assert!((next / square - 0.37).abs() < 0.2, "{}", next / square);
+    }
+
+    #[test]
+    fn a_run_that_was_synchronised_at_both_ends_errs_by_another_time_at_each() {
+        let before = rows();
+        let after = synchronised(&before, &mut ChaCha8Rng::seed_from_u64(7));
+        let times = |rows: &[Row]| -> Vec<f64> {
+            rows.iter().filter(|row| has_pose(row)).map(|row| row.t_s).collect()
+        };
+        let late: Vec<f64> = times(&after)
+            .iter()
+            .zip(times(&before))
+            .map(|(after, before)| after - before)
+            .collect();
+        let (begin, middle, end) = (late[0], late[late.len() / 2], late[late.len() - 1]);
+        assert!((begin - end).abs() > 1e-3 && begin.abs().max(end.abs()) < 4.0 * SYNC_S);
+        // Times are whole microseconds.
+        assert!((middle - (begin + end) / 2.0).abs() < 3e-6, "{begin} {middle} {end}");
     }
 
     #[test]

@@ -6,7 +6,8 @@
 //!     --only KIND     only cases of one kind: strong, medium, weak, two, nothing, nuisance, outside
 //!     --plant NAME    only robots of one plant: forces, kinematic
 //!     --hidden EFFECT only robots that hide this effect, alone or with another one: lost_counts
-//!     --hard NAME     only campaigns that are hard in one way: none, geometry, wobble, clock, ends
+//!     --hard NAME     only campaigns that are hard in one way: none, geometry, wobble, clock, ends; or all of them, each hard by
+//!                     `sync` in place of its own way
 //!     --keep DIR      writes the campaigns of misses there, with truth.tsv (and all of them with --keep-all)
 //! ```
 
@@ -52,19 +53,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let chosen: Vec<Case> = cases(arguments.seed, arguments.campaigns)
-        .into_iter()
-        .filter(|case| arguments.case.is_none_or(|index| case.index == index))
-        .filter(|case| arguments.only.is_none_or(|kind| case.kind == kind))
-        .filter(|case| arguments.plant.is_none_or(|plant| case.plant == plant))
-        .filter(|case| arguments.hard.is_none_or(|hard| case.hard == hard))
-        .filter(|case| {
-            arguments
-                .hidden
-                .as_ref()
-                .is_none_or(|id| case.effects.iter().any(|effect| effect.id() == id))
-        })
-        .collect();
+    let chosen = chosen(&arguments);
     println!("{} campaigns, seed {}", chosen.len(), arguments.seed);
     let began = Instant::now();
     let progress = Progress::new("blind campaigns", false);
@@ -108,6 +97,26 @@ fn main() -> ExitCode {
     } else {
         ExitCode::FAILURE
     }
+}
+
+/// The cases that were asked for.
+fn chosen(arguments: &Arguments) -> Vec<Case> {
+    cases(arguments.seed, arguments.campaigns)
+        .into_iter()
+        .filter(|case| arguments.case.is_none_or(|index| case.index == index))
+        .filter(|case| arguments.only.is_none_or(|kind| case.kind == kind))
+        .filter(|case| arguments.plant.is_none_or(|plant| case.plant == plant))
+        .filter_map(|case| match arguments.hard {
+            Some(Hard::Sync) => Some(Case { hard: Hard::Sync, ..case }),
+            hard => hard.is_none_or(|hard| case.hard == hard).then_some(case),
+        })
+        .filter(|case| {
+            arguments
+                .hidden
+                .as_ref()
+                .is_none_or(|id| case.effects.iter().any(|effect| effect.id() == id))
+        })
+        .collect()
 }
 
 /// Sizes of the classes, effects that are not there, and times.
@@ -247,7 +256,7 @@ fn arguments() -> Result<Arguments, String> {
                 arguments.plant = Some(one_of(&names, &value()?)?);
             }
             "--hard" => {
-                let names = Hard::TURNS.map(|hard| (hard.name(), hard));
+                let names = Hard::ALL.map(|hard| (hard.name(), hard));
                 arguments.hard = Some(one_of(&names, &value()?)?);
             }
             "--hidden" => arguments.hidden = Some(value()?),

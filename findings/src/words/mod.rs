@@ -6,6 +6,7 @@
 //! | --- | --- |
 //! | `answer.rs` | what `explain` answers: the evidence for an effect, why one was rejected, the next run |
 //! | `clocks.rs` | clocks of poses and counts that do not agree |
+//! | `heading_zeros.rs` | headings whose zero differs from run to run |
 //! | `runs_off.rs` | runs that are off by far more than the others |
 //! | `model.rs` | the verdict on an effect of a chosen model |
 //! | `comparison.rs` | regimes, axes, and the main finding of a comparison |
@@ -18,6 +19,7 @@ mod calibration;
 mod clocks;
 mod comparison;
 mod errors;
+mod heading_zeros;
 mod model;
 pub mod motors;
 mod runs_off;
@@ -30,6 +32,7 @@ pub use calibration::{advice, out_and_back, source};
 pub use clocks::clocks;
 pub use comparison::{axis, finding, label, regime};
 pub use errors::{out_and_back_error, track_fit_error, wheel_weight_error};
+pub use heading_zeros::heading_zeros;
 pub use model::verdict;
 pub use runs_off::{DriveAgain, drive_again, error_floor, runs_off, set_aside};
 

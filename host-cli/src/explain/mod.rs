@@ -126,9 +126,10 @@ fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     table.say(0);
 }
 
-/// Clocks of wheels and poses that do not agree: what was corrected before anything was fitted.
+/// Clocks of wheels and poses that do not agree, which was corrected before anything was fitted; headings whose zero differs.
 fn clocks(answer: &Answer) {
-    for line in words::clocks(&answer.clocks) {
+    let zeros = words::heading_zeros(&answer.noise);
+    for line in words::clocks(&answer.clocks).into_iter().chain(zeros) {
         wrapped(&line, LINE).iter().for_each(|line| say(paint(WARN, line)));
     }
 }

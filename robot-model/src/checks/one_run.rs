@@ -14,6 +14,8 @@ const MENDED: f64 = 1.0 / 3.0;
 const POSES_MIN: usize = 5;
 /// Explanations whose errors are within this factor and the error of a run in order cannot be told apart.
 const ALIKE: f64 = 1.3;
+/// Positions go where headings point as well as before if what goes across grows by no more than this factor.
+const SAME_WAY: f64 = 2.0;
 /// Smaller turns of headings are none \[rad\].
 const TURNED_MIN_RAD: f64 = 0.35;
 
@@ -41,6 +43,7 @@ pub(super) fn one_run(
         let (what, fit) = tried;
         let mended = fit.error_m < MENDED * as_is.error_m && !tracks.is_far(run, fit.error_m);
         mended
+            && keeps_directions(track, what)
             && shows(tracks, track, what, fit)
             && constant_factor::is_constant(tracks, track, what, geometry)
     };
@@ -61,6 +64,14 @@ pub(super) fn one_run(
         next: next.map(|next| (next.0, error(next))),
     };
     Some(hypothesis)
+}
+
+/// Whether positions go where headings point as well as before, with this mended. A robot that only drives crooked goes where
+/// it points: with other axes it may come nearer to what the wheels say, but it goes elsewhere.
+fn keeps_directions(track: &ThinnedRun, what: &DataFault) -> bool {
+    let DataFault::Axes { .. } = what else { return true };
+    let [before, after] = [track, &track.mended(what)].map(ThinnedRun::across);
+    before.zip(after).is_none_or(|(before, after)| after <= SAME_WAY * before)
 }
 
 /// Everything that may be wrong with one run.
@@ -84,4 +95,31 @@ fn turned(what: &DataFault, fit: Fit) -> Option<DataFault> {
     };
     let turned_rad = angle(&[fit]).filter(|rad| rad.abs() > TURNED_MIN_RAD)?;
     Some(heading(degrees, negated, turned_rad))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::synthetic::{ROBOT, campaign, part_of_plan, term};
+
+    #[test]
+    fn a_robot_that_goes_where_it_points_has_no_mirrored_axes() {
+        let mirrored = DataFault::Axes { axes: Axes::YMirrored, after_first: false };
+        let pulls = [term("heading_pull", &[0.07])];
+        for run in &campaign(&part_of_plan(&["out_and_back", "arc"]), &pulls, 4).runs {
+            let track = ThinnedRun::of(&ROBOT, &run.wheels, &run.measured_poses);
+            assert!(!keeps_directions(&track, &mirrored), "{}", run.name);
+            // Where they are mirrored, to mend them is no worse.
+            assert!(keeps_directions(&track.mended(&mirrored), &mirrored), "{}", run.name);
+            let round = DataFault::Axes {
+                axes: Axes::Heading {
+                    degrees: false,
+                    negated: false,
+                    turned_rad: core::f64::consts::PI,
+                },
+                after_first: false,
+            };
+            assert!(keeps_directions(&track, &round), "{}: the other way round", run.name);
+        }
+    }
 }

@@ -5,6 +5,7 @@ use core::f64::consts::PI;
 
 use crate::kinematics::pose::{Pose, dead_reckon_with};
 use crate::kinematics::wheel_pair::WheelPair;
+use crate::numeric::angle::wrap;
 use crate::recording::run::{PoseMeasurement, Robot, WheelSample};
 
 use super::data_fault::{Axes, DataFault, Wheel};
@@ -18,6 +19,9 @@ const STEPS: usize = 120;
 /// Radius over track width, as real robots have it; a data sheet may be wrong by any factor.
 const RADIUS_OVER_TRACK_MIN: f64 = 0.05;
 const RADIUS_OVER_TRACK_MAX: f64 = 0.5;
+/// Poses tell a direction if they are so far apart \[m\] and the robot turned by less between them \[rad\].
+const APART_M: f64 = 0.03;
+const APART_TURN_RAD: f64 = 1.0;
 
 /// A run with only so many poses and steps as its geometry and its clock need.
 #[derive(Clone, Debug)]
@@ -130,6 +134,28 @@ impl ThinnedRun {
         let step =
             |pair: &[WheelSample]| pair[1].phi_rad.since(pair[0].phi_rad).map(f64::abs).mean();
         self.wheels.windows(2).map(step).sum()
+    }
+
+    /// Which share of the way between poses that are apart goes across the measured headings, as a square: 0 where the robot
+    /// goes where it points, or back from there. `None` if no two poses with headings are apart.
+    pub(super) fn across(&self) -> Option<f64> {
+        let (mut across_m2, mut all_m2) = (0.0, 0.0);
+        for pair in self.poses.windows(2) {
+            let (Some([x0, y0]), Some([x1, y1])) = (pair[0].position_m, pair[1].position_m) else {
+                continue;
+            };
+            let (Some(from), Some(to)) = (pair[0].heading_rad, pair[1].heading_rad) else {
+                continue;
+            };
+            let ([dx, dy], turn) = ([x1 - x0, y1 - y0], wrap(to - from));
+            if dx.hypot(dy) < APART_M || turn.abs() > APART_TURN_RAD {
+                continue;
+            }
+            let (sin, cos) = (from + turn / 2.0).sin_cos();
+            across_m2 += (dy * cos - dx * sin).powi(2);
+            all_m2 += dx * dx + dy * dy;
+        }
+        (all_m2 > 0.0).then(|| across_m2 / all_m2)
     }
 
     pub(super) fn has_headings(&self) -> bool {

@@ -61,8 +61,8 @@ static FACTS: Facts<'static> = Facts {
     name: "gear backlash",
     equation: "phi_ground lags phi by beta_i/2 after a reversal, leads it while braked by more than d",
     parameters: &[
-        Parameter::positive("beta_left", "rad", 0.12),
-        Parameter::positive("beta_right", "rad", 0.12),
+        Parameter::positive("beta_left", "rad", 0.35).usually(0.12),
+        Parameter::positive("beta_right", "rad", 0.35).usually(0.12),
         Parameter::shape("d", "m/s^2", 0.02, DRAGS_MPS2),
     ],
     signature: "a step at each reversal of a wheel's direction, or each time it is braked and driven again",

@@ -29,7 +29,10 @@ static FACTS: Facts<'static> = Facts {
     id: "carpet_drift",
     name: "drift on a carpet",
     equation: "world drift (d_x, d_y) |ds|",
-    parameters: &[Parameter::amplitude("d_x", "1", 0.05), Parameter::amplitude("d_y", "1", 0.05)],
+    parameters: &[
+        Parameter::amplitude("d_x", "1", 0.3).usually(0.05),
+        Parameter::amplitude("d_y", "1", 0.3).usually(0.05),
+    ],
     signature: "drift that depends on the heading, while the heading itself is right",
     shown_by: "straight runs in four headings",
     compensation: "add a drift vector to the odometry",

@@ -28,7 +28,7 @@ static FACTS: Facts<'static> = Facts {
     id: "heading_pull",
     name: "pull to one side",
     equation: "dtheta = c |ds|",
-    parameters: &[Parameter::amplitude("c", "rad/m", 0.05)],
+    parameters: &[Parameter::amplitude("c", "rad/m", 0.5).usually(0.05)],
     signature: "straight runs turn to the same side forwards and backwards",
     shown_by: "an out-and-back straight run",
     compensation: "steer against it, by the firmware's geometry.heading_pull_rad_per_m",

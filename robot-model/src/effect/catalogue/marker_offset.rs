@@ -27,7 +27,10 @@ static FACTS: Facts<'static> = Facts {
     id: "marker_offset",
     name: "marker offset",
     equation: "the measured point sits at (l_x, l_y) on the body",
-    parameters: &[Parameter::amplitude("l_x", "m", 0.3), Parameter::amplitude("l_y", "m", 0.3)],
+    parameters: &[
+        Parameter::amplitude("l_x", "m", 2.0).usually(0.3),
+        Parameter::amplitude("l_y", "m", 2.0).usually(0.3),
+    ],
     acts_on: ActsOn::Measurement,
     signature: "a position error in proportion to the rotation",
     shown_by: "spins",

@@ -29,7 +29,7 @@ static FACTS: Facts<'static> = Facts {
     id: "payload",
     name: "tyres flattened by the load",
     equation: "R (1 - k m)",
-    parameters: &[Parameter::amplitude("k", "1/kg", 0.01)],
+    parameters: &[Parameter::amplitude("k", "1/kg", 0.1).usually(0.01)],
     signature: "distances that differ between loads",
     shown_by: "straight runs with and without a load",
     compensation: "correct the radius by a table over the load",

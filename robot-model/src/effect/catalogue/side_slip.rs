@@ -28,7 +28,7 @@ static FACTS: Facts<'static> = Facts {
     id: "side_slip",
     name: "side slip in arcs",
     equation: "dn = -k v omega dt",
-    parameters: &[Parameter::amplitude("k", "s", 0.15)],
+    parameters: &[Parameter::amplitude("k", "s", 1.0).usually(0.15)],
     signature: "a sideways error in arcs that grows with the speed",
     shown_by: "arcs at two speeds, in both directions",
     compensation: "add this term to the odometry",

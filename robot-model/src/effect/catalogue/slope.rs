@@ -42,8 +42,8 @@ static FACTS: Facts<'static> = Facts {
     name: "sloping floor",
     equation: "creep d |ds| towards beta, dtheta = k sin(beta - theta) |ds|",
     parameters: &[
-        Parameter::amplitude("k_x", "rad/m", 0.05),
-        Parameter::amplitude("k_y", "rad/m", 0.05),
+        Parameter::amplitude("k_x", "rad/m", 0.5).usually(0.05),
+        Parameter::amplitude("k_y", "rad/m", 0.5).usually(0.05),
         Parameter::shape("l", "m", -2.0, 2.0),
     ],
     signature: "drift and turn that depend on the heading",

@@ -28,7 +28,7 @@ static FACTS: Facts<'static> = Facts {
     id: "turn_asymmetry",
     name: "left and right turns differ",
     equation: "dtheta (1 + k sgn omega)",
-    parameters: &[Parameter::amplitude("k", "1", 0.05).possible(-1.0, 1.0)],
+    parameters: &[Parameter::amplitude("k", "1", 0.3).usually(0.05).possible(-1.0, 1.0)],
     signature: "spins to the left and to the right disagree on the track width",
     shown_by: "spins to both sides",
     compensation: "use one track width for each direction of turn",

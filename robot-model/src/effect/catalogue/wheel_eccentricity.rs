@@ -43,10 +43,10 @@ static FACTS: Facts<'static> = Facts {
 
 /// What [`once_per_turn`] takes.
 pub(super) static ONCE_PER_TURN: [Parameter; 4] = [
-    Parameter::amplitude("c_left", "1", 0.05),
-    Parameter::amplitude("s_left", "1", 0.05),
-    Parameter::amplitude("c_right", "1", 0.05),
-    Parameter::amplitude("s_right", "1", 0.05),
+    Parameter::amplitude("c_left", "1", 0.2).usually(0.05),
+    Parameter::amplitude("s_left", "1", 0.2).usually(0.05),
+    Parameter::amplitude("c_right", "1", 0.2).usually(0.05),
+    Parameter::amplitude("s_right", "1", 0.2).usually(0.05),
 ];
 
 /// A ripple of each wheel's travel, `often` times per turn of the wheel.

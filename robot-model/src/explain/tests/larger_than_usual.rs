@@ -7,9 +7,8 @@ use crate::explain::model_errors::errors;
 use crate::tests::synthetic::{NOISE, ROBOT, campaign, full_plan, term};
 
 /// Each at two to ten times the spread of usual values.
-const LARGE: [(&str, &[f64]); 8] = [
+const LARGE: [(&str, &[f64]); 7] = [
     ("heading_pull", &[0.1]),
-    ("speed_growth", &[0.6]),
     ("marker_offset", &[0.65, 0.1]),
     ("payload", &[0.03]),
     ("backlash", &[0.26, 0.24, 0.12]),

@@ -62,7 +62,7 @@ pub fn metadata() -> Result<Metadata, String> {
 const WITH_LOCKS: [&str; 2] = ["pico2", "python"];
 
 /// A command that keeps to its lock file must not fail because one of our crates needs something else since.
-fn locks() -> Outcome {
+pub fn locks() -> Outcome {
     for folder in WITH_LOCKS {
         let mut update = cargo_command(&["update", "--workspace", "--locked", "--quiet"]);
         update.current_dir(root().join(folder));
@@ -73,7 +73,6 @@ fn locks() -> Outcome {
 
 /// Holds the dependencies to the rules.
 pub fn check() -> Outcome {
-    locks()?;
     let rules = Rules::read()?;
     let mut findings = Vec::new();
     let metadata = metadata()?;

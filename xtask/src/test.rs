@@ -33,7 +33,7 @@ pub fn check() -> Outcome {
 /// Each of these is run, whatever becomes of the others: all that is to be fixed is seen at once.
 fn quick(steps: &mut Steps) -> Outcome {
     type Check = fn() -> Outcome;
-    let checks: [(&'static str, Check); 9] = [
+    let checks: [(&'static str, Check); 10] = [
         ("format", format),
         ("words", forbidden_words::check),
         ("documents", documents::check),
@@ -43,6 +43,7 @@ fn quick(steps: &mut Steps) -> Outcome {
         ("side effects", side_effects::check),
         ("third party", third_party::check),
         ("boards", boards::check),
+        ("locks", dependencies::locks),
     ];
     let outcomes = checks.map(|(name, check)| steps.run(name, check));
     let failures: Vec<String> = outcomes.into_iter().filter_map(Outcome::err).collect();

@@ -22,7 +22,7 @@ use crate::recording::run_kind::RunKind;
 const BLOCKS: usize = 8;
 /// Of the rows of all runs so many numbers are kept at most until it is known which runs are cut into blocks: with them no
 /// run has to be filtered again.
-const ROWS_KEPT: usize = 1 << 25;
+const ROWS_KEPT: usize = 1 << 23;
 /// With this share of the information about a column, a run is the only one that shows it.
 const ALONE_SHARE: f64 = 0.9;
 
@@ -94,7 +94,7 @@ impl CampaignEquations {
         };
         let only_run = prepared.runs.len() == 1;
         let blocks = if only_run { BLOCKS } else { 1 };
-        let numbers_max = ROWS_KEPT / prepared.runs.len().max(1);
+        let numbers_max = if only_run { 0 } else { ROWS_KEPT / prepared.runs.len().max(1) };
         let gathered = crate::numeric::parallel::map(&prepared.runs, |run| {
             let mut rows = KeptRows::new(adder(run, blocks), numbers_max);
             whiten_run(run, &mut rows);

@@ -253,4 +253,28 @@ mod tests {
             }
         }
     }
+    #[test]
+    fn rows_that_were_kept_give_the_sums_of_rows_that_come_again() {
+        let rows: Vec<[f64; 3]> = (0..29).map(|k| [0.1 * k as f64, 1.0, (k % 5) as f64]).collect();
+        let feed = |observer: &mut dyn FnMut(Innovation, &[f64])| {
+            for (step, row) in rows.iter().enumerate() {
+                observer(Innovation { step, value: 0.3, variance: 0.7 }, row);
+            }
+        };
+        let mut again = RowAdder::new(3, 29, 4);
+        feed(&mut |innovation, row| again.row(innovation, row));
+        let again = again.sums();
+        for (numbers_max, is_kept) in [(87, true), (86, false)] {
+            let mut kept = KeptRows::new(RowAdder::new(3, 29, 1), numbers_max);
+            feed(&mut |innovation, row| kept.row(innovation, row));
+            let (whole, kept) = kept.sums();
+            assert_eq!((whole.len(), whole[0].rows, kept.is_some()), (1, 29.0, is_kept));
+            let Some(kept) = kept else { continue };
+            let blocks = kept.added_to(RowAdder::new(3, 29, 4));
+            for (one, other) in blocks.iter().zip(&again) {
+                assert_eq!((&one.gram, &one.right), (&other.gram, &other.right));
+                assert_eq!((one.squares, one.rows), (other.squares, other.rows));
+            }
+        }
+    }
 }

@@ -76,6 +76,8 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
         |step: &&StepFound| !step.nears_runs && step.effect_size_m > answer.tolerance_m;
     let (chance, small): (Vec<&StepFound>, Vec<&StepFound>) =
         slight.iter().copied().partition(may_be_chance);
+    let (hidden, chance): (Vec<&StepFound>, Vec<&StepFound>) =
+        chance.into_iter().partition(|step| step.p_value < BEYOND_DOUBT);
     let found = match matter.as_slice() {
         [] => nothing_missing(answer, &slight, &chance, runs),
         [one] if answer.known.is_empty() => {
@@ -97,7 +99,8 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
             )
         }
     };
-    let first = wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m);
+    let first = camera_scale(answer, asked.catalogue)
+        .or_else(|| wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m));
     let small = too_small_to_matter(&small, answer, asked);
     let unsure = smaller_than_the_rest(&unsure, asked);
     [
@@ -107,6 +110,7 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
         unsure,
         small,
         no_more_than_chance(&chance, asked),
+        hidden_by_others(&hidden, asked),
     ]
     .into_iter()
     .flatten()
@@ -121,6 +125,14 @@ fn nothing_missing(
     chance: &[&StepFound],
     runs: usize,
 ) -> String {
+    let sudden = &answer.unexplained.sudden;
+    if answer.unexplained.only_outliers() && !sudden.is_empty() {
+        let runs: Vec<String> = sudden.iter().map(|found| found.run.clone()).collect();
+        return format!(
+            "Nothing is missing from the robot's model, but in {} it moved for a moment as its wheels did not.",
+            words::listed(&runs)
+        );
+    }
     if answer.unexplained.only_outliers() {
         return format!(
             "Nothing is missing from the robot's model, but the measured poses of {} have more outliers than noise has: look \
@@ -150,6 +162,33 @@ fn nothing_missing(
             Some(_) => "depend on nothing that was tested, but are large for noise",
         }
     )
+}
+
+/// A radius and a track width that are off by shares within so many sigma of each other are off by the same.
+const SAME_SIGMAS: f64 = 2.0;
+/// And by so many sigma from nothing.
+const CLEAR_SIGMAS: f64 = 5.0;
+
+/// That radius and track width are off by the same share, if they are: so they seem where the camera's scale is wrong.
+fn camera_scale(answer: &Answer, catalogue: &[&dyn Effect]) -> Option<String> {
+    let found = |term: FirmwareTerm| {
+        let of = |id: &str| catalogue.iter().find(|effect| effect.facts().id == id);
+        let is = |step: &&StepFound| {
+            of(&step.effect).and_then(|effect| effect.facts().compensated_by) == Some(term)
+        };
+        answer.steps.iter().find(is).filter(|step| step.matters)?.parameters.first()
+    };
+    let (radius, track) = (found(FirmwareTerm::MeanRadius)?, found(FirmwareTerm::TrackWidth)?);
+    let apart = (radius.value - track.value).abs();
+    let same = apart < SAME_SIGMAS * radius.sigma.hypot(track.sigma);
+    let clear = [radius, track].iter().all(|found| found.value.abs() > CLEAR_SIGMAS * found.sigma);
+    (same && clear).then(|| {
+        format!(
+            "Wheel radius and track width are off by the same {:.1} %: so they seem where the camera's scale is wrong. Measure a \
+             distance on the floor by tape and by camera before you change robot.toml.",
+            100.0 * radius.value
+        )
+    })
 }
 
 /// A radius or track width further off than this share is a wrong number in `robot.toml`, not a property of the robot.
@@ -226,6 +265,16 @@ fn no_more_than_chance(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String
     let several =
         format!("may be present, but the {size_mm:.1} mm that they explain together may be chance");
     effects_that(steps, asked, [&one, &several])
+}
+
+/// An effect that chance gives more seldom is there, whether or not whole runs come nearer by it.
+const BEYOND_DOUBT: f64 = 1e-9;
+
+/// What is there beyond doubt, while whole runs come no nearer by it than chance explains.
+fn hidden_by_others(steps: &[&StepFound], asked: &Asked<'_>) -> Option<String> {
+    let one = "is there, but other errors are so large that whole runs come no nearer by it";
+    let several = "are there, but other errors are so large that whole runs come no nearer by them";
+    effects_that(steps, asked, [one, several])
 }
 
 /// A number rounded up to one significant digit.

@@ -80,6 +80,21 @@ fn what_may_be_chance_is_not_said_to_be_small() {
 }
 
 #[test]
+fn what_is_beyond_doubt_is_not_said_to_be_chance() {
+    let mut found = answer(&["marker_offset"], errors(83.2, 2.0), errors(28.8, 2.0));
+    found.steps[0].matters = false;
+    found.steps[0].nears_runs = false;
+    found.steps[0].effect_size_m = 0.0194;
+    found.steps[0].p_value = 7e-22;
+    let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
+    assert_eq!(
+        headline(&found, &context),
+        "Nothing that matters is missing: the residuals of these 5 runs are noise. One effect is there, but other errors are \
+         so large that whole runs come no nearer by it: marker_offset."
+    );
+}
+
+#[test]
 fn what_explains_less_than_is_left_unexplained_is_not_said_to_be_missing() {
     let mut found = answer(&["backlash"], errors(2.4, 10.5), errors(1.1, 5.0));
     found.steps[0].used_to_predict = false;
@@ -114,6 +129,35 @@ fn a_number_of_robot_toml_that_is_far_off_is_the_first_thing_said() {
 }
 
 #[test]
+fn a_radius_and_a_track_width_that_are_off_by_the_same_share_may_be_the_cameras_scale() {
+    let of = |ids_and_values: [(&str, f64); 2]| {
+        let mut found = answer(&["wheel_radius_scale"], errors(50.0, 2.0), errors(1.5, 2.0));
+        found.steps = ids_and_values
+            .map(|(id, value)| {
+                let parameter = robot_model::explain::ParameterFound {
+                    name: "s".into(),
+                    unit: "1".into(),
+                    value,
+                    sigma: 2e-4,
+                    low95: value - 4e-4,
+                    high95: value + 4e-4,
+                };
+                StepFound { parameters: vec![parameter], ..step_of(&[id]) }
+            })
+            .into();
+        let catalogue = &robot_model::effect::CATALOGUE;
+        headline(&found, &Asked { runs: 5, catalogue, nominal_m: [0.034, 0.372] })
+    };
+    let said = of([("wheel_radius_scale", 0.0101), ("track_width", 0.0103)]);
+    assert!(said.starts_with("Wheel radius and track width are off by the same 1.0 %:"), "{said}");
+    // Not by the same, and by too little to tell.
+    for values in [(0.0101, 0.0113), (0.0008, 0.0009)] {
+        let said = of([("wheel_radius_scale", values.0), ("track_width", values.1)]);
+        assert!(said.starts_with("Two effects are missing:"), "{said}");
+    }
+}
+
+#[test]
 fn outliers_of_the_poses_alone_are_not_the_robots() {
     use robot_model::residuals::Regressor;
     let mut found = nothing_found();
@@ -123,6 +167,19 @@ fn outliers_of_the_poses_alone_are_not_the_robots() {
     let context = Asked { runs: 5, catalogue: &[], nominal_m: [0.036, 0.372] };
     let said = headline(&found, &context);
     assert!(said.starts_with("Nothing is missing from the robot's model, but"), "{said}");
+    // Nor is what happened once.
+    found.unexplained.sudden = vec![robot_model::residuals::SuddenMotion {
+        run: "04_free".into(),
+        from_s: 10.0,
+        to_s: 10.3,
+        turn_rad: 0.17,
+        turn_sigma_rad: 1e-3,
+        wheels_m: [-0.027, 0.0],
+    }];
+    assert_eq!(
+        headline(&found, &context),
+        "Nothing is missing from the robot's model, but in 04_free it moved for a moment as its wheels did not."
+    );
     // Beside anything else they explain nothing away.
     found.unexplained.depends_on.push(Regressor::Speed);
     let said = headline(&found, &context);

@@ -7,7 +7,7 @@ use robot_model::checks::{DataFault, DataHypothesis};
 use robot_model::clocks::ClockFound;
 use robot_model::estimation::{ErrorPair, Errors};
 use robot_model::explain::{Answer, Averaged, NextRun, ParameterFound, Rejected, StepFound};
-use robot_model::residuals::{DrivenAgain, Expression, Regressor, Unexplained};
+use robot_model::residuals::{DrivenAgain, Expression, Regressor, SuddenMotion, Unexplained};
 use serde_json::{Value, json};
 
 use crate::words;
@@ -147,6 +147,9 @@ fn unexplained(unexplained: &Unexplained) -> Value {
     if !unexplained.runs_off.is_empty() {
         value["runs_off"] = json!(unexplained.runs_off);
     }
+    if !unexplained.sudden.is_empty() {
+        value["sudden"] = json!(unexplained.sudden.iter().map(sudden).collect::<Vec<_>>());
+    }
     if unexplained.outliers {
         value["outliers"] = json!(true);
     }
@@ -163,6 +166,19 @@ fn unexplained(unexplained: &Unexplained) -> Value {
         value["random_turn_rad"] = json!(turn_rad);
     }
     value
+}
+
+fn sudden(found: &SuddenMotion) -> Value {
+    let [left_m, right_m] = found.wheels_m;
+    json!({
+        "run": found.run,
+        "from_s": found.from_s,
+        "to_s": found.to_s,
+        "turn_rad": found.turn_rad,
+        "turn_sigma_rad": found.turn_sigma_rad,
+        "left_m": left_m,
+        "right_m": right_m,
+    })
 }
 
 fn expression(expression: &Expression) -> Value {

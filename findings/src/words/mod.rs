@@ -8,6 +8,7 @@
 //! | `clocks.rs` | clocks of poses and counts that do not agree |
 //! | `heading_zeros.rs` | headings whose zero differs from run to run |
 //! | `runs_off.rs` | runs that are off by far more than the others |
+//! | `sudden.rs` | a robot that at once moved as its wheels did not |
 //! | `model.rs` | the verdict on an effect of a chosen model |
 //! | `comparison.rs` | regimes, axes, and the main finding of a comparison |
 //! | `motors.rs` | what the motors lack |
@@ -23,6 +24,7 @@ mod heading_zeros;
 mod model;
 pub mod motors;
 mod runs_off;
+mod sudden;
 
 pub use answer::{
     depends_on, driven_again, evidence, expression, lacking, net_change, predicted, reason,
@@ -35,6 +37,7 @@ pub use errors::{out_and_back_error, track_fit_error, wheel_weight_error};
 pub use heading_zeros::heading_zeros;
 pub use model::verdict;
 pub use runs_off::{DriveAgain, drive_again, error_floor, runs_off, set_aside};
+pub use sudden::sudden_motion;
 
 /// `a`, `a and b`, `a, b and c`.
 pub fn listed(names: &[String]) -> String {

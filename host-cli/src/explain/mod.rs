@@ -126,10 +126,12 @@ fn waterfall(answer: &Answer, context: &AnswerContext<'_>) {
     table.say(0);
 }
 
-/// Clocks of wheels and poses that do not agree, which was corrected before anything was fitted; headings whose zero differs.
+/// Clocks of wheels and poses that do not agree, which was corrected before anything was fitted; headings whose zero differs;
+/// what happened once.
 fn clocks(answer: &Answer) {
     let zeros = words::heading_zeros(&answer.noise);
-    for line in words::clocks(&answer.clocks).into_iter().chain(zeros) {
+    let sudden = answer.unexplained.sudden.iter().map(words::sudden_motion);
+    for line in words::clocks(&answer.clocks).into_iter().chain(zeros).chain(sudden) {
         wrapped(&line, LINE).iter().for_each(|line| say(paint(WARN, line)));
     }
 }

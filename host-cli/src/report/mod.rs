@@ -222,6 +222,9 @@ fn unexplained(html: &mut String, report: &CampaignReport<'_>) {
     section(html, if residuals.structure { "Still unexplained" } else { "Residuals" }, "");
     let again = words::driven_again(residuals).map(|text| format!(" {}", escape(&text)));
     let _ = writeln!(html, "<p>{words}{}</p>", again.unwrap_or_default());
+    for found in &residuals.sudden {
+        let _ = writeln!(html, "<p>{}</p>", escape(&words::sudden_motion(found)));
+    }
     html.push_str(&floor::draw(report).unwrap_or_default());
     html.push_str(
         "<p class=\"sub\">Each drawing shows the error that all runs share, per metre of wheel travel, against one \

@@ -48,7 +48,7 @@ pub(super) struct End<'a> {
     /// Path by the wheels, without a sign \[m\].
     pub(super) path_m: f64,
     /// Turn by the wheels, without a sign \[rad\].
-    turn_rad: f64,
+    pub(super) turn_rad: f64,
 }
 
 impl<'a> End<'a> {

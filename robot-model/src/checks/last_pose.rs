@@ -13,10 +13,11 @@ use super::relative_geometry::RelativeGeometry;
 const RUNS_MIN: [usize; 2] = [5, 9];
 /// An outlier is this many times as far off as the farthest of the others.
 const TIMES_OTHERS: f64 = 5.0;
-/// The least error of an outlier: of the position, as a share of the path and [`NEAR_M`], and of the heading.
+/// The least error of an outlier: of the position, as a share of what the wheels rolled and [`NEAR_M`], and of the heading.
 const POSITION_MIN: f64 = 0.025;
 const HEADING_MIN_RAD: f64 = 0.06;
-/// The error of a position is taken in proportion to the path plus this \[m\].
+/// The error of a position is taken in proportion to what the wheels rolled plus this \[m\]: a carpet carries a robot as far as
+/// they roll, in a spin too.
 const NEAR_M: f64 = 0.3;
 
 /// The last pose of each of the runs that are `open`, if it is far off.
@@ -40,7 +41,8 @@ pub(super) fn last_poses(
         let others = all.get(outliers).filter(|_| outliers > 0);
         others.map_or(f64::INFINITY, |farthest| (TIMES_OTHERS * farthest).max(least))
     };
-    let share = |end: &End| end.position_off_m().map(|off_m| off_m / (NEAR_M + end.path_m));
+    let rolled_m = |end: &End| end.path_m.max(end.turn_rad * robot.track_width_m / 2.0);
+    let share = |end: &End| end.position_off_m().map(|off_m| off_m / (NEAR_M + rolled_m(end)));
     let turned = |end: &End| end.heading_off_rad().map(f64::abs);
     let position = bound(&share, POSITION_MIN);
     let heading_rad = bound(&turned, HEADING_MIN_RAD);

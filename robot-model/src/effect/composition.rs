@@ -144,6 +144,8 @@ pub(crate) struct Increment {
     pub travel_m: f64,
     pub sideways_m: f64,
     pub turn_rad: f64,
+    /// The derivative of the turn by the heading.
+    pub turn_by_heading: f64,
     pub drift_m: [f64; 2],
 }
 
@@ -185,11 +187,13 @@ impl<'a> Composer<'a> {
             sum.offset_m[0].value += view.offset_m[0].value;
             sum.offset_m[1].value += view.offset_m[1].value;
             sum.delay_s.value += view.delay_s.value;
+            sum.heading_drift_rad_s.value += view.heading_drift_rad_s.value;
             let Some(first) = first else { continue };
             for j in 0..term.values.len() {
                 let slope = &mut by_column[first + j];
                 slope.offset_m = view.offset_m.map(|offset| Jet::constant(offset.by[j]));
                 slope.delay_s = Jet::constant(view.delay_s.by[j]);
+                slope.heading_drift_rad_s = Jet::constant(view.heading_drift_rad_s.by[j]);
             }
         }
         (sum, by_column)
@@ -208,6 +212,7 @@ impl<'a> Composer<'a> {
                 travel.zip(change.travel).map(|(product, change)| product * (1.0 + change.value));
             turning *= 1.0 + change.turning.value;
             sum.turn_rad += change.turn_rad.value;
+            sum.turn_by_heading += change.turn_by_heading;
             sum.sideways_m += change.sideways_m.value;
             sum.drift_m[0] += change.drift_m[0].value;
             sum.drift_m[1] += change.drift_m[1].value;

@@ -59,6 +59,8 @@ pub struct Change {
     pub turning: Jet,
     /// Added to the turn \[rad\].
     pub turn_rad: Jet,
+    /// The derivative of that turn by the heading, of an effect of the world: how fast a fit finds it depends on it.
+    pub turn_by_heading: f64,
     /// Moved to the left \[m\].
     pub sideways_m: Jet,
     /// Moved in the fixed frame \[m\].
@@ -72,6 +74,7 @@ impl Change {
         travel: WheelPair::new(Jet::ZERO, Jet::ZERO),
         turning: Jet::ZERO,
         turn_rad: Jet::ZERO,
+        turn_by_heading: 0.0,
         sideways_m: Jet::ZERO,
         drift_m: [Jet::ZERO; 2],
     };
@@ -84,11 +87,14 @@ pub struct View {
     pub offset_m: [Jet; 2],
     /// How late the measurement is \[s\].
     pub delay_s: Jet,
+    /// By how much the measured heading drifts in each second of a run \[rad/s\].
+    pub heading_drift_rad_s: Jet,
 }
 
 impl View {
     /// No change.
-    pub const NONE: Self = Self { offset_m: [Jet::ZERO; 2], delay_s: Jet::ZERO };
+    pub const NONE: Self =
+        Self { offset_m: [Jet::ZERO; 2], delay_s: Jet::ZERO, heading_drift_rad_s: Jet::ZERO };
 }
 
 /// What an effect remembers from step to step of a run.

@@ -16,13 +16,14 @@
 //! psi is the angle between the sensor's heading and the robot's; tau is the offset between the clocks of sensor and
 //! encoders in the middle of the run, delta how much larger it is at the end, with u from -1 at the first pose to 1 at the
 //! last. psi, tau and delta are nuisance parameters of a run, as its start is: drawn anew for every run with a spread
-//! from [`OdometryNoise`], and never evidence for an effect.
+//! from [`OdometryNoise`], and never evidence for an effect. A heading that drifts by an effect of the model is taken back
+//! by that before it is used.
 //! The rows of (2) are an ordinary least squares problem in the parameters.
 //! The first measured pose starts the filter.
 //! The three numbers of a pose update the filter one after the other, which is the same as together.
 //!
-//! The heading at which effects of the world act ([`Step::heading_rad`]) is the filter's own: its dependence on the
-//! parameters is of second order and left out.
+//! The heading at which effects of the world act ([`Step::heading_rad`]) is the filter's own. That their turn depends on it
+//! is in S, and left out of F; that a drift by a user's own equation does is of second order, and left out.
 //!
 //! State and covariance are in [`crate::estimation::state`]; the rows are added up in
 //! [`crate::estimation::normal_equations`].
@@ -78,6 +79,8 @@ pub(crate) struct Filter<'a> {
     sensitivities: Sensitivities,
     row: Vec<f64>,
     times: TimeOfRun,
+    /// When the run began \[s\].
+    start_s: f64,
 }
 
 /// Runs the filter over a run.
@@ -101,9 +104,15 @@ pub(crate) fn whiten(
         sensitivities: Sensitivities::new(columns),
         row: vec![0.0; columns],
         times: TimeOfRun::of(within(motion, measurements).map(|pose| pose.t_s)),
+        start_s: motion.start_s,
     };
     let delay_s = view.delay_s.value;
-    let mut measurements = within(motion, measurements).peekable();
+    let drifted_rad = |t_s: f64| view.heading_drift_rad_s.value * (t_s - motion.start_s);
+    let without_drift = |pose: &PoseMeasurement| PoseMeasurement {
+        heading_rad: pose.heading_rad.map(|measured| measured - drifted_rad(pose.t_s)),
+        ..*pose
+    };
+    let mut measurements = within(motion, measurements).map(without_drift).peekable();
     let last = motion.steps.len().saturating_sub(1);
     let mut started = false;
     let mut begin_s = motion.start_s;
@@ -122,17 +131,17 @@ pub(crate) fn whiten(
             let share = (seen_s - now_s) / nominal.dt_s;
             if started {
                 filter.advance(&step, &increment, share, observer);
-                filter.measure(measurement, &step, k, observer);
+                filter.measure(&measurement, &step, k, observer);
             } else {
                 filter.dead_reckon(&increment, share);
                 if measurement.position_m.is_none() {
                     now_s = seen_s;
                     continue;
                 }
-                filter.start(measurement, &step);
+                filter.start(&measurement, &step);
                 started = true;
             }
-            observer.pose(measurement, &step, filter.state.pose());
+            observer.pose(&measurement, &step, filter.state.pose());
             now_s = seen_s;
         }
         let share = ((end_s - now_s) / nominal.dt_s).max(0.0);
@@ -228,8 +237,9 @@ impl Filter<'_> {
         self.state.set_pose([position_m[0] - offset[0], position_m[1] - offset[1], heading_rad]);
         let velocity = self.velocity(step, facing);
         self.state.start(&self.noise, heading_var, by_heading, velocity);
+        let since_s = measurement.t_s - self.start_s;
         for (column, view) in &self.views {
-            let slope = |quantity| view_slope(view, quantity, velocity, facing);
+            let slope = |quantity| view_slope(view, quantity, (velocity, since_s), facing);
             let turned = -slope(Quantity::Heading);
             let x = -slope(Quantity::X) - by_heading[0] * turned;
             let y = -slope(Quantity::Y) - by_heading[1] * turned;
@@ -247,6 +257,7 @@ impl Filter<'_> {
     ) {
         let mut facing = Direction::of(self.state.heading_rad());
         let velocity = self.velocity(step, facing);
+        let since_s = measurement.t_s - self.start_s;
         for (quantity, measured) in numbers(measurement) {
             if quantity == Quantity::Y {
                 // x has turned the heading, and the measured point on the body with it.
@@ -260,7 +271,7 @@ impl Filter<'_> {
             let weight = 1.0 / update.variance.sqrt();
             self.row.fill(0.0);
             for (column, view) in &self.views {
-                self.row[*column] = view_slope(view, quantity, velocity, facing);
+                self.row[*column] = view_slope(view, quantity, (velocity, since_s), facing);
             }
             self.sensitivities.measure(&update.reading, &update.gain, weight, &mut self.row);
             self.state.update(&update);
@@ -326,11 +337,11 @@ pub(crate) fn numbers(measurement: &PoseMeasurement) -> impl Iterator<Item = (Qu
     all.into_iter().filter_map(|(quantity, measured)| Some((quantity, measured?)))
 }
 
-/// dh/dp of one quantity by one column's view, with the direction of the heading.
+/// dh/dp of one quantity by one column's view, with the time since the run began \[s\] and the direction of the heading.
 fn view_slope(
     view: &View,
     quantity: Quantity,
-    velocity: [f64; 3],
+    (velocity, since_s): ([f64; 3], f64),
     Direction { sin, cos }: Direction,
 ) -> f64 {
     let [ahead, left] = [view.offset_m[0].value, view.offset_m[1].value];
@@ -338,7 +349,7 @@ fn view_slope(
     match quantity {
         Quantity::X => cos * ahead - sin * left - velocity[0] * delay,
         Quantity::Y => sin * ahead + cos * left - velocity[1] * delay,
-        Quantity::Heading => -velocity[2] * delay,
+        Quantity::Heading => view.heading_drift_rad_s.value * since_s - velocity[2] * delay,
     }
 }
 

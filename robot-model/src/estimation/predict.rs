@@ -74,6 +74,7 @@ pub(crate) fn open_loop_from(
     let (view, _) = composer.view();
     let [ahead_m, left_m] = view.offset_m.map(|jet| jet.value);
     let delay_s = view.delay_s.value;
+    let drifted_rad = |t_s: f64| view.heading_drift_rad_s.value * (t_s - motion.start_s);
     let mut track = PredictedTrack::default();
     let mut pose = start;
     let mut begin_s = motion.start_s;
@@ -92,7 +93,8 @@ pub(crate) fn open_loop_from(
             let seen_s = (measurement.t_s - delay_s).clamp(begin_s, end_s);
             let there = Transition::new(pose, &increment, (seen_s - begin_s) / nominal.dt_s).pose;
             track.measured.push(*measurement);
-            track.predicted.push(there.compose(Pose::new(ahead_m, left_m, 0.0)));
+            let seen = Pose::new(ahead_m, left_m, drifted_rad(measurement.t_s));
+            track.predicted.push(there.compose(seen));
             track.step.push(k);
         }
         pose = Transition::new(pose, &increment, 1.0).pose;

@@ -59,13 +59,14 @@ fn advance(
     let (turn, drift_x, drift_y) =
         (&slopes.turn_rad[..n], &slopes.drift_m[0][..n], &slopes.drift_m[1][..n]);
     let ([gx, gy], [cos, sin]) = (there.by_heading, there.ahead);
-    let [x_by_turn, y_by_turn] = there.by_turn;
+    let ([x_by_turn, y_by_turn], turn_by_heading) = (there.by_turn, there.turn_by_heading);
     for c in 0..n {
         let ahead = travel[c] * cos - sideways[c] * sin;
         let left = travel[c] * sin + sideways[c] * cos;
-        x[c] += gx * theta[c] + share * (ahead + x_by_turn * turn[c] + drift_x[c]);
-        y[c] += gy * theta[c] + share * (left + y_by_turn * turn[c] + drift_y[c]);
-        theta[c] += share * turn[c];
+        let turned = share * turn[c] + turn_by_heading * theta[c];
+        x[c] += gx * theta[c] + x_by_turn * turned + share * (ahead + drift_x[c]);
+        y[c] += gy * theta[c] + y_by_turn * turned + share * (left + drift_y[c]);
+        theta[c] += turned;
     }
     for row in &mut fading[..PSI - THETA - 1] {
         for error in row.iter_mut() {

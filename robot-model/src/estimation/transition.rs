@@ -14,6 +14,8 @@ pub(crate) struct Transition {
     pub by_heading: [f64; 2],
     /// Derivative of x and y by the turn.
     pub by_turn: [f64; 2],
+    /// Derivative of the turn by the start's heading, which is in none of the above.
+    pub turn_by_heading: f64,
     /// sinc(turn/2) times the unit vector ahead: the derivative by the travel.
     pub ahead: [f64; 2],
 }
@@ -35,6 +37,7 @@ impl Transition {
                 heading_rad: pose.heading_rad + turn,
             },
             by_heading: [-moved[1], moved[0]],
+            turn_by_heading: increment.turn_by_heading * share,
             by_turn: [0.5 * (slope * chord[0] - moved[1]), 0.5 * (slope * chord[1] + moved[0])],
             ahead: [shorter * cos, shorter * sin],
         }

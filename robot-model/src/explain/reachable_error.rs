@@ -9,6 +9,7 @@ use crate::explain::quiet_runs::reachable_on_quiet_runs;
 use crate::residuals::expression::expression;
 use crate::residuals::lack_of_fit::{DrivenAgain, LackOfFit, lack_of_fit};
 use crate::residuals::regressor::Regressor;
+use crate::residuals::sudden_motion::sudden_motions;
 use crate::residuals::unexplained::{Unexplained, unexplained};
 
 /// What comes back when runs are driven again is worth a word if the error exceeds the rest by this factor.
@@ -72,6 +73,9 @@ pub(super) fn reachable_and_unexplained<'a>(
     if displacement_m(&after, track_width_m) < resolved_m(prepared, &choice.selected.noise) {
         // A simulator without noise leaves errors of arithmetic, and these depend on something always.
         found = Unexplained { p_value: 1.0, places: found.places, ..Unexplained::default() };
+    }
+    if found.outliers || !found.runs_off.is_empty() {
+        found.sudden = sudden_motions(prepared, &choice.selected);
     }
     // What matters by one test may be little by another.
     found.slight.retain(|regressor| !found.depends_on.contains(regressor));

@@ -57,8 +57,8 @@ pub(super) fn without_few(
         return Ok(of_all);
     }
     let set_aside = Some(of_others.errors_on_with(&few, catalogue)?);
-    let runs_off = of_all.unexplained.runs_off;
-    let unexplained = Unexplained { runs_off, ..of_others.unexplained };
+    let Unexplained { runs_off, sudden, .. } = of_all.unexplained;
+    let unexplained = Unexplained { runs_off, sudden, ..of_others.unexplained };
     Ok(Answer { set_aside, unexplained, clocks: of_all.clocks, ..of_others })
 }
 

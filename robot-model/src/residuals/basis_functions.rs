@@ -233,16 +233,17 @@ pub(super) static FUNCTIONS: &[AuxiliaryEffect] = &[
             }
         },
     },
-    // A carpet's pile carries each tyre as far as it rolls: in a spin as well, where the middle goes nowhere, and in an arc
-    // the outer one further.
+    // What carries the robot as far as its middle goes, not its tyres; and a pile that carries each tyre by itself, the outer
+    // one of an arc further, which turns the robot.
     AuxiliaryEffect {
         regressor: Regressor::Heading,
         act: |p, step, _| {
             let rolled_m = step.wheel_travel_m().map(f64::abs);
             let (sin, cos) = step.heading_rad.sin_cos();
             let ahead = p[0] * cos + p[1] * sin;
+            let path_m = step.travel_m().abs();
             Change {
-                drift_m: [p[0] * rolled_m.mean(), p[1] * rolled_m.mean()],
+                drift_m: [p[2] * path_m, p[3] * path_m],
                 turn_rad: ahead * (rolled_m.difference() / step.track_width_m),
                 ..Change::NONE
             }

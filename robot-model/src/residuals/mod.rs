@@ -21,6 +21,7 @@
 //! | `place_waves.rs` | turns in waves over the floor |
 //! | `campaign_times.rs` | functions of the time in the campaign |
 //! | `uneven_runs.rs` | a few runs that are off by far more than the others |
+//! | `sudden_motion.rs` | [`SuddenMotion`]: a robot that at once moved as its wheels did not |
 //!
 //! The tests name a quantity, such as speed or load, and no effect: that is left to `selection`.
 
@@ -38,6 +39,7 @@ pub(crate) mod lack_of_fit;
 pub(crate) mod place_waves;
 pub(crate) mod regressor;
 pub(crate) mod ripple;
+pub(crate) mod sudden_motion;
 pub(crate) mod uneven_runs;
 pub(crate) mod unexplained;
 pub(crate) mod wheel_rates;
@@ -48,4 +50,5 @@ pub use expression::Expression;
 pub use floor_location::PlaceSeen;
 pub use lack_of_fit::DrivenAgain;
 pub use regressor::Regressor;
+pub use sudden_motion::SuddenMotion;
 pub use unexplained::Unexplained;

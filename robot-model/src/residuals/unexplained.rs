@@ -33,6 +33,7 @@ use super::auxiliary_effects::{AFTER_A_TURN, AUXILIARY_EFFECTS, AuxiliaryEffect,
 use super::expression::Expression;
 use super::floor_location::{FloorPatch, FloorSearch, PlaceSeen, search_floor};
 use super::regressor::Regressor;
+use super::sudden_motion::SuddenMotion;
 
 /// At most this share of the named regressors is wrong: of 600 sound robots, three were flagged at 1 %, none of them at this.
 const FALSE_DISCOVERY_RATE: f64 = 0.003;
@@ -80,6 +81,9 @@ pub struct Unexplained {
     pub slight: Vec<Regressor>,
     /// The names of runs that are off by far more than the others, the one that is furthest off first.
     pub runs_off: Vec<String>,
+    /// Where the robot at once moved as its wheels did not.
+    #[serde(default)]
+    pub sudden: Vec<SuddenMotion>,
     /// Cross-validated position error above the reachable one \[m\]: the root of the difference of squares.
     pub size_m: f64,
     /// The simple equation that would take the model nearly to the reachable error, if there is one.

@@ -62,7 +62,7 @@ impl Effect for TurnsPerMetre {
 }
 
 /// Every effect at a size of thirty sigmas or more on the full plan.
-pub(crate) const ALONE: [(&str, &[f64]); 23] = [
+pub(crate) const ALONE: [(&str, &[f64]); 24] = [
     ("wheel_radius_ratio", &[0.005]),
     ("wheel_radius_scale", &[0.005]),
     ("track_width", &[0.01]),
@@ -84,6 +84,7 @@ pub(crate) const ALONE: [(&str, &[f64]); 23] = [
     ("payload", &[0.001]),
     ("measurement_delay", &[0.03]),
     ("marker_offset", &[0.004, 0.003]),
+    ("heading_drift", &[0.001]),
     ("gyro_bias", &[0.004]),
     ("gyro_scale", &[0.01]),
 ];
@@ -129,8 +130,9 @@ pub(crate) fn measure(
             point.x_m + noise.position_sigma_m * random.normal(),
             point.y_m + noise.position_sigma_m * random.normal(),
         ]);
+        let drifted_rad = view.heading_drift_rad_s.value * (measurement.t_s - plan.wheels[0].t_s);
         measurement.heading_rad =
-            Some(point.heading_rad + noise.heading_sigma_rad * random.normal());
+            Some(point.heading_rad + drifted_rad + noise.heading_sigma_rad * random.normal());
     }
     for pair in poses.windows(2) {
         let ((t0, before), (t1, after)) = (pair[0], pair[1]);

@@ -66,9 +66,9 @@ mechanisms! {
     HeadingPull = "heading_pull", true, [];
     /// dtheta (1 + k sgn omega).
     TurnAsymmetry = "turn_asymmetry", true, [];
-    /// Creep l (k_x, k_y) |ds|, dtheta = k sin(beta - theta) |ds|.
+    /// Creep l (k_x, k_y) ds_w, dtheta = k sin(beta - theta) ds_w, ds_w = (|ds_L| + |ds_R|)/2.
     Slope = "slope", true, [];
-    /// World drift (d_x, d_y) |ds|.
+    /// World drift (d_x, d_y) (|ds_L| + |ds_R|)/2.
     CarpetDrift = "carpet_drift", true, [];
     /// R (1 + k t) across the campaign.
     ThermalDrift = "thermal_drift", true, [];
@@ -78,6 +78,8 @@ mechanisms! {
     MeasurementDelay = "measurement_delay", true, [];
     /// The measured point sits at (l_x, l_y) on the body.
     MarkerOffset = "marker_offset", true, [];
+    /// The measured heading drifts by r t.
+    HeadingDrift = "heading_drift", true, [];
     /// The yaw rate sensor reads something at rest.
     GyroBias = "gyro_bias", true, [];
     /// The yaw rate sensor reads too much or too little.
@@ -173,6 +175,7 @@ impl Hidden {
             M::Payload => [5e-4 * s, 0.0, 0.0, 0.0],
             M::MeasurementDelay => [0.05 * s, 0.0, 0.0, 0.0],
             M::MarkerOffset => [0.01 * s * draw.sign(), 0.01 * s * draw.sign(), 0.0, 0.0],
+            M::HeadingDrift => [0.001 * s * draw.sign(), 0.0, 0.0, 0.0],
             M::GyroBias => [0.01 * s * draw.sign(), 0.0, 0.0, 0.0],
             M::GyroScale => [0.02 * s * draw.sign(), 0.0, 0.0, 0.0],
             outside => outside.draw(s, &mut draw),
@@ -201,6 +204,7 @@ impl Hidden {
             M::CarpetDrift => vec![("d_x", p[0]), ("d_y", p[1])],
             M::MeasurementDelay => vec![("tau", p[0])],
             M::MarkerOffset => vec![("l_x", p[0]), ("l_y", p[1])],
+            M::HeadingDrift => vec![("r", p[0])],
             M::GyroBias => vec![("bias", p[0])],
             inside if inside.is_in_catalogue() => vec![("k", p[0])],
             _ => Vec::new(),
@@ -221,7 +225,7 @@ impl Mechanism {
             M::TractionSlip | M::LostCounts | M::HeadingPull | M::Slope | M::CarpetDrift => 8.0,
             // Beyond that the wheel hardly rolls at all on its patch.
             M::SlipperyPatch => 12.0,
-            M::Payload | M::ThermalDrift | M::MarkerOffset | M::GyroBias => 15.0,
+            M::Payload | M::ThermalDrift | M::MarkerOffset | M::HeadingDrift | M::GyroBias => 15.0,
             _ => 30.0,
         }
     }

@@ -166,13 +166,18 @@ pub fn act(hidden: &Hidden, step: &Step, memory: &mut Memory) -> Change {
         M::Slope => {
             let (sin, cos) = step.heading_rad.sin_cos();
             // k sin(beta - theta), with (p0, p1) = k (cos beta, sin beta).
-            let turn_rad = (p[1] * cos - p[0] * sin) * path_m;
-            Change { turn_rad, world_m: [p[0], p[1]].map(|k| p[2] * k * path_m), ..Change::NONE }
+            let turn_rad = (p[1] * cos - p[0] * sin) * step.rolled_m();
+            let world_m = [p[0], p[1]].map(|k| p[2] * k * step.rolled_m());
+            Change { turn_rad, world_m, ..Change::NONE }
         }
-        M::CarpetDrift => Change { world_m: [p[0], p[1]].map(|d| d * path_m), ..Change::NONE },
+        M::CarpetDrift => {
+            Change { world_m: [p[0], p[1]].map(|d| d * step.rolled_m()), ..Change::NONE }
+        }
         M::ThermalDrift => Change::both(1.0 + p[0] * step.time_s[1]),
         M::Payload => Change::both(1.0 - p[0] * step.payload_kg),
-        M::MeasurementDelay | M::MarkerOffset | M::GyroBias | M::GyroScale => Change::NONE,
+        M::MeasurementDelay | M::MarkerOffset | M::HeadingDrift | M::GyroBias | M::GyroScale => {
+            Change::NONE
+        }
         _ => act_outside(hidden, step, memory),
     }
 }
@@ -266,6 +271,16 @@ mod tests {
             let sums = [change.wheel_m, change.world_m, [change.turn_rad, change.left_m]].concat();
             assert!(sums.iter().all(|sum| *sum == 0.0), "{mechanism:?}: {change:?}");
             assert_eq!((change.wheel, change.turning), ([1.0; 2], 1.0), "{mechanism:?}");
+        }
+    }
+
+    #[test]
+    fn a_carpet_carries_a_robot_as_far_as_its_rims_roll() {
+        for (wheel_m, along_m) in [([-0.01, 0.01], 0.001), ([0.0, 0.01], 0.0005)] {
+            let hidden = Hidden { mechanism: Mechanism::CarpetDrift, p: [0.0, 0.1, 0.0, 0.0] };
+            let step = Step { wheel_m, ..Step::default() };
+            let Change { world_m, turn_rad, .. } = act(&hidden, &step, &mut Memory::default());
+            assert!((world_m[1] - along_m).abs() < 1e-15 && (world_m[0], turn_rad) == (0.0, 0.0));
         }
     }
 

@@ -186,6 +186,7 @@ fn see(track: &[Pose], hidden: &[Hidden]) -> Vec<(f64, Pose)> {
     };
     let late_s = of(Mechanism::MeasurementDelay)[0];
     let [ahead_m, left_m, ..] = of(Mechanism::MarkerOffset);
+    let drift_rad_s = of(Mechanism::HeadingDrift)[0];
     let [every, first] = POSES;
     let last = track.len() - 1;
     let seen = (first..track.len()).step_by(every).map(|k| {
@@ -197,7 +198,7 @@ fn see(track: &[Pose], hidden: &[Hidden]) -> Vec<(f64, Pose)> {
         let point = [
             pose[0] + ahead_m * cos - left_m * sin,
             pose[1] + ahead_m * sin + left_m * cos,
-            pose[2],
+            pose[2] + drift_rad_s * time_s(k),
         ];
         (time_s(k), point)
     });

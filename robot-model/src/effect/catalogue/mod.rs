@@ -39,6 +39,7 @@ catalogue! {
     payload::Payload,
     measurement_delay::MeasurementDelay,
     marker_offset::MarkerOffset,
+    heading_drift::HeadingDrift,
     gyro_bias::GyroBias,
     gyro_scale::GyroScale,
 }

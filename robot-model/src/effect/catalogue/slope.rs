@@ -1,12 +1,13 @@
 //! The floor slopes: the robot creeps and turns towards one direction of the world.
 //!
 //! ```text
-//! drift  = l (k_x, k_y) |ds|
-//! dtheta = k sin(beta - theta) |ds|,  (k_x, k_y) = k (cos beta, sin beta)
+//! ds_w   = (|ds_L| + |ds_R|)/2
+//! drift  = l (k_x, k_y) ds_w
+//! dtheta = k sin(beta - theta) ds_w,  (k_x, k_y) = k (cos beta, sin beta)
 //! ```
 //!
-//! k \[rad/m\] is the turn towards the direction beta for each metre, l \[m\] the creep for each such turn:
-//! d = k l is the creep for each metre.
+//! k \[rad/m\] is the turn towards the direction beta for each metre that the wheels roll, l \[m\] the creep for each such
+//! turn: d = k l is the creep for each metre. A tyre creeps as far as it rolls: in a spin as well.
 
 use crate::effect::definition::{Change, Effect, Facts, Group, Memory, Parameter};
 use crate::numeric::jet::{Jet, PARAMETERS_MAX};
@@ -23,11 +24,12 @@ impl Effect for Slope {
     }
 
     fn act(&self, p: &[Jet; PARAMETERS_MAX], step: &Step, _memory: &mut Memory) -> Change {
-        let path_m = step.travel_m().abs();
+        let rolled_m = step.rolled_m();
         let (sin, cos) = step.heading_rad.sin_cos();
         Change {
-            turn_rad: (p[1] * cos - p[0] * sin) * path_m,
-            drift_m: [p[0] * p[2] * path_m, p[1] * p[2] * path_m],
+            turn_rad: (p[1] * cos - p[0] * sin) * rolled_m,
+            turn_by_heading: -(p[1].value * sin + p[0].value * cos) * rolled_m,
+            drift_m: [p[0] * p[2] * rolled_m, p[1] * p[2] * rolled_m],
             ..Change::NONE
         }
     }
@@ -40,7 +42,7 @@ impl Effect for Slope {
 static FACTS: Facts<'static> = Facts {
     id: "slope",
     name: "sloping floor",
-    equation: "creep d |ds| towards beta, dtheta = k sin(beta - theta) |ds|",
+    equation: "creep d ds_w towards beta, dtheta = k sin(beta - theta) ds_w, ds_w = (|ds_L| + |ds_R|)/2",
     parameters: &[
         Parameter::amplitude("k_x", "rad/m", 0.5).usually(0.05),
         Parameter::amplitude("k_y", "rad/m", 0.5).usually(0.05),

@@ -30,7 +30,7 @@ static FACTS: Facts<'static> = Facts {
     name: "unequal wheel radii",
     equation: "R_L = R (1 - rho/2), R_R = R (1 + rho/2)",
     parameters: &[Parameter::amplitude("rho", "1", 0.5).usually(0.03).possible(-2.0, 2.0)],
-    signature: "straight runs curve, to the opposite side when driven backwards",
+    signature: "straight runs curve, in reverse to the other side",
     shown_by: "an out-and-back straight run",
     compensation: "correct the right wheel's distance per count, Q_R",
     group: Group::Geometry,

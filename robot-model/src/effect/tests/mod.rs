@@ -93,7 +93,7 @@ fn everything(effect: &dyn Effect, values: &[f64]) -> Vec<Jet> {
         all.push(effect.sense_rate(&p, step.turn_rate_rad_s()));
     }
     let view = effect.observe(&p);
-    all.extend([view.offset_m[0], view.offset_m[1], view.delay_s]);
+    all.extend([view.offset_m[0], view.offset_m[1], view.delay_s, view.heading_drift_rad_s]);
     all
 }
 

@@ -169,11 +169,13 @@ fn of_world_and_instruments(id: &str) -> Option<bool> {
                 && same(there.y_m, -0.004)
                 && same(here.y_m, -0.004)
                 && there.heading_rad == 0.0
+                && a_spin_is_carried_too()
         }
         // After 1000 s, and with 2 kg.
         "thermal_drift" => same(ahead(id, &[1e-6]).x_m, 0.2 * 1.001),
         "payload" => same(ahead(id, &[0.001]).x_m, 0.2 * 0.998),
         "measurement_delay" => effect.observe(&p).delay_s.value == 0.02,
+        "heading_drift" => effect.observe(&p).heading_drift_rad_s.value == 0.02,
         "marker_offset" => effect.observe(&p).offset_m.map(|jet| jet.value) == [0.02, 0.03],
         "gyro_bias" => {
             [1.5, 0.0, -1.5].iter().all(|omega| effect.sense_rate(&p, *omega).value == 0.02)
@@ -190,6 +192,18 @@ fn signs_and_sizes_are_those_that_the_descriptions_state() {
     let ids = CATALOGUE.iter().map(|effect| effect.facts().id);
     let broken: Vec<&str> = ids.filter(|id| !matches_its_description(id)).collect();
     assert_eq!(broken, [""; 0]);
+}
+
+/// On a carpet a spin goes as far as its rims roll, and does not turn more for it; about one wheel it goes half as far.
+fn a_spin_is_carried_too() -> bool {
+    let [spin, pivot] =
+        [-V, 0.0].map(|left_mps| after_a_second("carpet_drift", &[0.01, -0.02], left_mps, V));
+    let turned = after_a_second("carpet_drift", &[0.0, 0.0], 0.0, V);
+    same(spin.x_m, 0.002)
+        && same(spin.y_m, -0.004)
+        && same(spin.heading_rad, SPIN_RAD)
+        && same(pivot.x_m - turned.x_m, 0.001)
+        && same(pivot.heading_rad, turned.heading_rad)
 }
 
 /// Twenty centimetres after a reversal all of the swing has been made.

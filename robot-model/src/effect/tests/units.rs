@@ -59,16 +59,19 @@ fn all_it_does(effect: &dyn Effect, scale: Scale) -> Vec<(Jet, [f64; 3])> {
     let mut all = Vec::new();
     for step in steps() {
         let step = step_in(scale, &step);
-        let Change { angle_rad, travel, turning, turn_rad, sideways_m, drift_m } =
-            effect.act(&p, &step, &mut memory);
+        let change = effect.act(&p, &step, &mut memory);
+        let Change { angle_rad, travel, turning, turn_rad, .. } = change;
+        let Change { turn_by_heading, sideways_m, drift_m, .. } = change;
+        all.push((Jet::constant(turn_by_heading), ONE));
         let plain = [angle_rad.left, angle_rad.right, travel.left, travel.right, turning, turn_rad];
         all.extend(plain.map(|jet| (jet, ONE)));
         all.extend([sideways_m, drift_m[0], drift_m[1]].map(|jet| (jet, METRE)));
         all.push((effect.sense_rate(&p, step.turn_rate_rad_s()), PER_SECOND));
     }
-    let View { offset_m, delay_s } = effect.observe(&p);
+    let View { offset_m, delay_s, heading_drift_rad_s } = effect.observe(&p);
     all.extend(offset_m.map(|jet| (jet, METRE)));
     all.push((delay_s, SECOND));
+    all.push((heading_drift_rad_s, PER_SECOND));
     all
 }
 
@@ -128,6 +131,7 @@ fn what_a_step_does_with_any_effect_is_the_same_in_other_units() {
                 let expected = Increment {
                     travel_m: increment.travel_m * m,
                     sideways_m: increment.sideways_m * m,
+                    turn_by_heading: increment.turn_by_heading,
                     turn_rad: increment.turn_rad,
                     drift_m: increment.drift_m.map(|drift_m| drift_m * m),
                 };

@@ -12,7 +12,7 @@ const LARGE: [(&str, &[f64]); 7] = [
     ("marker_offset", &[0.65, 0.1]),
     ("payload", &[0.03]),
     ("backlash", &[0.26, 0.24, 0.12]),
-    ("carpet_drift", &[0.12, -0.1]),
+    ("carpet_drift", &[0.1, -0.09]),
     ("scrub", &[0.35]),
     ("turn_asymmetry", &[0.12]),
 ];

@@ -7,7 +7,8 @@
 //! ds_i   = R (dphi_i + sum angle_i) prod (1 + travel_i)                              (1)
 //! dtheta = (ds_R - ds_L) / b  prod (1 + turning) + sum turn                          (2)
 //! dn     = sum sideways,     world drift = sum drift                                 (3)
-//! z      = pose(t - sum delay), its point moved by sum offset on the body            (4)
+//! z      = pose(t - sum delay), its point moved by sum offset on the body,
+//!          its heading by sum drift times the time in the run                        (4)
 //! gyro   = omega + what the sensor adds                                              (5)
 //! ```
 //!

@@ -126,10 +126,12 @@ fn nothing_missing(
     runs: usize,
 ) -> String {
     let sudden = &answer.unexplained.sudden;
-    if answer.unexplained.only_outliers() && !sudden.is_empty() {
+    if answer.set_aside.is_none() && !sudden.is_empty() {
         let runs: Vec<String> = sudden.iter().map(|found| found.run.clone()).collect();
+        let them = if runs.len() == 1 { "it" } else { "them" };
         return format!(
-            "Nothing is missing from the robot's model, but in {} it moved for a moment as its wheels did not.",
+            "In {} the robot moved for a moment as its wheels did not, which may hide other effects: drive {them} again, or remove \
+             {them}. No effect stands out beside that.",
             words::listed(&runs)
         );
     }

@@ -7,7 +7,11 @@
 //!
 //! ```text
 //! heading - travel, as measured and by the wheels = turned + s (turn, reversed if backwards)           (1)
+//! turned = turned at the run's beginning + r (time in the run), r the same in all runs                   (2)
 //! ```
+//!
+//! A heading that drifts, as of a gyro whose bias was not taken off, points away from the travel more and more: (2) parts
+//! that from the marker, and leaves it to the effect `heading_drift`.
 
 use crate::kinematics::pose::Pose;
 use crate::numeric::angle::wrap;
@@ -32,10 +36,18 @@ const CURVE_RAD: f64 = 0.8;
 const NO_WAY_BACK: f64 = 0.9;
 /// Without straight paths, it takes this many curves, to both sides.
 const CURVES_MIN: usize = 8;
+/// r of (2) is told from this many paths on, if it is this many times its standard error.
+const DRIFT_PATHS_MIN: usize = 12;
+const DRIFT_SIGMAS: f64 = 5.0;
 
 /// The angle from the direction of travel to the heading, if nearly all runs agree on it \[rad\].
 pub fn heading_offset(robot: &Robot, runs: &[Recording]) -> Option<f64> {
-    let each: Vec<f64> = runs.iter().filter_map(|run| turned(&paths(robot, run))).collect();
+    let mut paths: Vec<Vec<Path>> = runs.iter().map(|run| paths(robot, run)).collect();
+    let drift_rad_s = drift_rad_s(&paths);
+    for path in paths.iter_mut().flatten() {
+        path.turned_rad -= drift_rad_s * path.time_s;
+    }
+    let each: Vec<f64> = paths.iter().filter_map(|paths| turned(paths)).collect();
     let clear = |turned_rad: &f64| (TURNED_MIN_RAD..TURNED_MAX_RAD).contains(&turned_rad.abs());
     let turned_rad = median(each.clone()).filter(clear)?;
     let alike = |run: &&f64| (*run - turned_rad).abs() < ALIKE * turned_rad.abs();
@@ -45,10 +57,34 @@ pub fn heading_offset(robot: &Robot, runs: &[Recording]) -> Option<f64> {
 
 /// A path between two poses.
 struct Path {
+    /// Its middle, from the run's first sample on \[s\].
+    time_s: f64,
     /// The turn by the wheels, reversed if backwards \[rad\].
     turn_rad: f64,
     /// The angle from the direction of travel, reversed if backwards, to the heading, less that by the wheels \[rad\].
     turned_rad: f64,
+}
+
+/// r of (2), by how the angle changes within runs; zero if it does not stand out \[rad/s\].
+fn drift_rad_s(runs: &[Vec<Path>]) -> f64 {
+    let mut centred: Vec<(f64, f64)> = Vec::new();
+    for run in runs {
+        let straight = || run.iter().filter(|path| path.turn_rad.abs() < STRAIGHT_RAD);
+        let n = straight().count() as f64;
+        let mean = |of: fn(&Path) -> f64| straight().map(of).sum::<f64>() / n;
+        let [time_s, turned_rad] = [mean(|path| path.time_s), mean(|path| path.turned_rad)];
+        centred.extend(straight().map(|path| (path.time_s - time_s, path.turned_rad - turned_rad)));
+    }
+    let (both, square) = centred.iter().fold((0.0, 0.0), |(both, square), (time, turned)| {
+        (both + time * turned, square + time * time)
+    });
+    if centred.len() < DRIFT_PATHS_MIN || square <= 0.0 {
+        return 0.0;
+    }
+    let rate = both / square;
+    let left: f64 = centred.iter().map(|(time, turned)| (turned - rate * time).powi(2)).sum();
+    let sigma = (left / (centred.len() as f64 * square)).sqrt();
+    if rate.abs() > DRIFT_SIGMAS * sigma { rate } else { 0.0 }
 }
 
 /// By the median of straight paths, or by (1).
@@ -101,7 +137,8 @@ fn paths(robot: &Robot, run: &Recording) -> Vec<Path> {
                 to_heading(x_m - x0_m, y_m - y0_m, from_rad, wrap(heading_rad - from_rad));
             let expected = to_heading(by_wheels.x_m, by_wheels.y_m, 0.0, by_wheels.heading_rad);
             let turn_rad = sign * by_wheels.heading_rad;
-            found.push(Path { turn_rad, turned_rad: wrap(measured - expected) });
+            let time_s = f64::midpoint(from.t_s, pose.t_s) - run.wheels[0].t_s;
+            found.push(Path { time_s, turn_rad, turned_rad: wrap(measured - expected) });
             start = Some((pose, [x_m, y_m], heading_rad));
         }
     }
@@ -112,7 +149,7 @@ fn paths(robot: &Robot, run: &Recording) -> Vec<Path> {
 mod tests {
     use super::*;
     use crate::recording::nominal_run::Piece;
-    use crate::tests::synthetic::{ROBOT, campaign, each_alone, sound, term};
+    use crate::tests::synthetic::{ROBOT, campaign, each_alone, full_plan, sound, term};
 
     #[test]
     fn a_robot_that_is_merely_inaccurate_has_no_crooked_headings() {
@@ -130,6 +167,25 @@ mod tests {
             }
             let found = heading_offset(&ROBOT, &runs).unwrap();
             assert!((found - turned_rad).abs() < 0.005, "{turned_rad}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_heading_that_drifts_is_no_crooked_marker_and_hides_none() {
+        for (drift_rad_s, turned_rad) in
+            [(0.002, 0.0), (-0.003, 0.0), (0.002, 0.04), (-0.002, -0.05)]
+        {
+            let mut runs = campaign(&full_plan(), &[term("heading_drift", &[drift_rad_s])], 5).runs;
+            for pose in runs.iter_mut().flat_map(|run| &mut run.measured_poses) {
+                pose.heading_rad = pose.heading_rad.map(|rad| rad + turned_rad);
+            }
+            let found = heading_offset(&ROBOT, &runs);
+            match turned_rad {
+                0.0 => assert_eq!(found, None, "{drift_rad_s}"),
+                _ => {
+                    assert!((found.unwrap() - turned_rad).abs() < 0.005, "{drift_rad_s}: {found:?}")
+                }
+            }
         }
     }
 

@@ -4,14 +4,12 @@
 //! Each other effect takes the effect's place in turn, and everything is fitted anew. If that loses less than three
 //! sigma (9 in -2 log likelihood), the rival is as good an answer and is named together with the effect. The same
 //! holds if it loses less than a fiftieth of what the effect explains: a difference so small may come from anything
-//! that no model has. The data decide; there is no list of confounded effects. Only a rival that would have to be much
-//! less usual than the effect is none, however well it fits: by more than three sigma of what is usual.
+//! that no model has. The data decide; there is no list of confounded effects.
 //!
 //! The screening is linear about the fitted effect. For a strong effect its error is a share of what the effect
 //! explains, so every rival that comes near is fitted in full.
 
 use crate::effect::composition::Term;
-use crate::effect::definition::{Parameter, Role};
 use crate::estimation::fit::{Fitted, fit_parameters};
 use crate::recording::campaign::Prepared;
 use crate::selection::candidates::{Candidate, RIVAL_MARGIN, Screening, penalty};
@@ -43,14 +41,11 @@ pub(crate) fn classes<'a>(
         // Where runs scatter more than their noise, sigmas are wider.
         let sigmas = RIVAL_MARGIN * test.dispersion;
         let margin = sigmas.max(OWN_SHARE_MIN * test.gain);
-        let term = screening.term(index);
-        let own = test.gain - penalty(term);
-        let unusual = unusual(term, amplitudes(term)) + RIVAL_MARGIN;
+        let own = test.gain - penalty(screening.term(index));
         let mut rivals: Vec<Candidate<'a>> = screening
             .candidates_that_gain(&[index], own - margin - SCREENING_ERROR * test.gain)
             .into_iter()
             .filter(|rival| !rival.test.implausible)
-            .filter(|rival| self::unusual(&rival.term, rival.test.values.iter().copied()) < unusual)
             .filter(|rival| screening.resemblance(index, &rival.term) > RESEMBLANCE_MIN)
             .filter(|rival| loss(prepared, fitted, index, &rival.term.fixed()) < margin)
             .collect();
@@ -67,18 +62,4 @@ fn loss<'a>(prepared: &Prepared, fitted: &Fitted<'a>, index: usize, rival: &Term
     let own = std::mem::replace(&mut terms[index], rival.clone());
     let with = fit_parameters(prepared, terms, fitted.noise);
     with.chi_squared - fitted.chi_squared + penalty(rival) - penalty(&own)
-}
-
-/// The values of an effect's amplitudes.
-fn amplitudes<'t>(term: &'t Term<'_>) -> impl Iterator<Item = f64> + 't {
-    let parameters = term.effect.facts().parameters.iter().zip(&term.values);
-    let amplitudes = parameters.filter(|(of, _)| of.role == Role::Amplitude);
-    amplitudes.map(|(_, value)| *value).collect::<Vec<f64>>().into_iter()
-}
-
-/// How unusual these values of its amplitudes are: the sum of their squares, in what is usual.
-fn unusual(term: &Term<'_>, amplitudes: impl Iterator<Item = f64>) -> f64 {
-    let parameters = term.effect.facts().parameters.iter();
-    let spreads = parameters.filter(|of| of.role == Role::Amplitude).map(Parameter::spread);
-    amplitudes.zip(spreads).map(|(value, spread)| (value / spread).powi(2)).sum()
 }

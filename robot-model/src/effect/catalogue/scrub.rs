@@ -30,7 +30,7 @@ static FACTS: Facts<'static> = Facts {
     id: "scrub",
     name: "tyre scrub in tight turns",
     equation: "b (1 + k chi), chi = |omega| b / (2 |v| + |omega| b)",
-    parameters: &[Parameter::amplitude("k", "1", 0.9).usually(0.4).possible(-1.0, f64::INFINITY)],
+    parameters: &[Parameter::amplitude("k", "1", 0.9).usually(0.12).possible(-1.0, f64::INFINITY)],
     signature: "spins and wide arcs disagree on the track width",
     shown_by: "spins, and arcs of two radii",
     compensation: "make the track width depend on the curvature",

@@ -30,7 +30,7 @@ static FACTS: Facts<'static> = Facts {
     id: "speed_growth",
     name: "wheel radius grows with speed",
     equation: "R_i (1 + k v_i^2)",
-    parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.9).usually(0.05).possible(-1.0, 1.0)],
+    parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2).possible(-1.0, 1.0)],
     signature: "a distance error at high speeds only",
     shown_by: "straight runs at several speeds",
     compensation: "add this term to the odometry",

@@ -29,7 +29,7 @@ static FACTS: Facts<'static> = Facts {
     id: "turn_load_transfer",
     name: "load transfer in fast turns",
     equation: "domega = -k v^2 omega",
-    parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.9).usually(0.05)],
+    parameters: &[Parameter::amplitude("k", "s^2/m^2", 0.2)],
     signature: "a heading error in fast arcs",
     shown_by: "arcs of one radius at two speeds",
     compensation: "add this term to the odometry",

@@ -3,7 +3,7 @@
 use robot_model::compare::{Comparer, EffectWithValues};
 use robot_model::effect::{Effect, Facts, FirmwareTerm};
 use robot_model::estimation::Errors;
-use robot_model::explain::{Answer, HeldOut, StepFound};
+use robot_model::explain::{Answer, HeldOut, ParameterFound, StepFound};
 
 use crate::words;
 
@@ -99,12 +99,13 @@ pub fn headline(answer: &Answer, asked: &Asked<'_>) -> String {
             )
         }
     };
-    let first = camera_scale(answer, asked.catalogue)
-        .or_else(|| wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m));
+    let first = wrong_in_robot_toml(answer, asked.catalogue, asked.nominal_m);
+    let scale = camera_scale(answer, asked.catalogue);
     let small = too_small_to_matter(&small, answer, asked);
     let unsure = smaller_than_the_rest(&unsure, asked);
     [
         first,
+        scale,
         Some(found),
         words::set_aside(answer),
         unsure,
@@ -131,7 +132,7 @@ fn nothing_missing(
         let them = if runs.len() == 1 { "it" } else { "them" };
         return format!(
             "In {} the robot moved for a moment as its wheels did not, which may hide other effects: drive {them} again, or remove \
-             {them}. No effect stands out beside that.",
+             {them}. No effect that matters stands out beside that.",
             words::listed(&runs)
         );
     }
@@ -166,6 +167,20 @@ fn nothing_missing(
     )
 }
 
+/// By how much this number of the firmware is off, if that matters: what may be chance, or what another effect cancels, is no
+/// number to write down.
+fn number_found<'a>(
+    answer: &'a Answer,
+    catalogue: &[&dyn Effect],
+    term: FirmwareTerm,
+) -> Option<&'a ParameterFound> {
+    let of = |id: &str| catalogue.iter().find(|effect| effect.facts().id == id);
+    let is = |step: &&StepFound| {
+        of(&step.effect).and_then(|effect| effect.facts().compensated_by) == Some(term)
+    };
+    answer.steps.iter().find(is).filter(|step| step.matters)?.parameters.first()
+}
+
 /// A radius and a track width that are off by shares within so many sigma of each other are off by the same.
 const SAME_SIGMAS: f64 = 2.0;
 /// And by so many sigma from nothing.
@@ -173,14 +188,9 @@ const CLEAR_SIGMAS: f64 = 5.0;
 
 /// That radius and track width are off by the same share, if they are: so they seem where the camera's scale is wrong.
 fn camera_scale(answer: &Answer, catalogue: &[&dyn Effect]) -> Option<String> {
-    let found = |term: FirmwareTerm| {
-        let of = |id: &str| catalogue.iter().find(|effect| effect.facts().id == id);
-        let is = |step: &&StepFound| {
-            of(&step.effect).and_then(|effect| effect.facts().compensated_by) == Some(term)
-        };
-        answer.steps.iter().find(is).filter(|step| step.matters)?.parameters.first()
-    };
-    let (radius, track) = (found(FirmwareTerm::MeanRadius)?, found(FirmwareTerm::TrackWidth)?);
+    let [radius, track] = [FirmwareTerm::MeanRadius, FirmwareTerm::TrackWidth]
+        .map(|term| number_found(answer, catalogue, term));
+    let (radius, track) = (radius?, track?);
     let apart = (radius.value - track.value).abs();
     let same = apart < SAME_SIGMAS * radius.sigma.hypot(track.sigma);
     let clear = [radius, track].iter().all(|found| found.value.abs() > CLEAR_SIGMAS * found.sigma);
@@ -203,13 +213,7 @@ pub fn wrong_in_robot_toml(
     [radius_m, track_m]: [f64; 2],
 ) -> Option<String> {
     let share = |term: FirmwareTerm| {
-        let of = |id: &str| catalogue.iter().find(|effect| effect.facts().id == id);
-        let is = |step: &&StepFound| {
-            of(&step.effect).and_then(|effect| effect.facts().compensated_by) == Some(term)
-        };
-        // What may be chance, or what another effect cancels, is no number to write down.
-        let step = answer.steps.iter().find(is).filter(|step| step.matters)?;
-        let value = step.parameters.first()?.value;
+        let value = number_found(answer, catalogue, term)?.value;
         (value.abs() > WRONG_SHARE).then_some(value)
     };
     let numbers = [

@@ -150,6 +150,13 @@ fn a_radius_and_a_track_width_that_are_off_by_the_same_share_may_be_the_cameras_
     };
     let said = of([("wheel_radius_scale", 0.0101), ("track_width", 0.0103)]);
     assert!(said.starts_with("Wheel radius and track width are off by the same 1.0 %:"), "{said}");
+    // Far off, both numbers are given as well: first of all.
+    let said = of([("wheel_radius_scale", 0.0501), ("track_width", 0.0503)]);
+    assert!(
+        said.starts_with("Set wheel_radius_m = 0.0357 (now 0.0340) and track_width_m ="),
+        "{said}"
+    );
+    assert!(said.contains("off by the same 5.0 %:"), "{said}");
     // Not by the same, and by too little to tell.
     for values in [(0.0101, 0.0113), (0.0008, 0.0009)] {
         let said = of([("wheel_radius_scale", values.0), ("track_width", values.1)]);
@@ -179,7 +186,7 @@ fn outliers_of_the_poses_alone_are_not_the_robots() {
     assert_eq!(
         headline(&found, &context),
         "In 04_free the robot moved for a moment as its wheels did not, which may hide other effects: drive it again, or \
-         remove it. No effect stands out beside that."
+         remove it. No effect that matters stands out beside that."
     );
     // Beside anything else outliers explain nothing away.
     found.unexplained.sudden.clear();
